@@ -1,0 +1,1 @@
+"""What to play: excitation signals and test plans, as pure functions of a specification."""

@@ -1,0 +1,1 @@
+"""Least squares over several runs, with exact gradients and honest uncertainty."""
