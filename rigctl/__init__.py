@@ -1,1 +1,1 @@
-"""Play it and record it: streams test plans to a rig and captures run files."""
+"""Play an excitation on the rig and record it: transports, streaming, interlocks, player, run file."""

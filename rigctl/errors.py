@@ -1,0 +1,55 @@
+"""What rigctl raises on purpose.
+
+RigError
+├── UrlError             the rig's address cannot be used
+├── IdentityError        the device is not a rig that this program can drive
+├── LimitError           a test would leave the limits of the rig or of the host
+├── TransportError       the wire failed: the rig's state is unknown until it is read again
+│   └── TransportTimeout no answer before the deadline
+├── RigFault             the rig stopped on its own and says why
+├── GateError            a temperature gate or another condition was not met before its deadline
+├── StopFailed           the stop was not acknowledged: the rig may still be powered
+└── RunFileError         a run file cannot be used
+"""
+
+from __future__ import annotations
+
+
+class RigError(Exception):
+    """Everything rigctl raises on purpose."""
+
+
+class UrlError(RigError, ValueError):
+    """The rig's address cannot be used."""
+
+
+class IdentityError(RigError):
+    """The device is not a rig that this program can drive."""
+
+
+class LimitError(RigError, ValueError):
+    """A test would leave the limits of the rig or of the host; nothing has moved."""
+
+
+class TransportError(RigError):
+    """The wire failed: the rig's state is unknown until it is read again."""
+
+
+class TransportTimeout(TransportError, TimeoutError):
+    """No answer before the deadline."""
+
+
+class RigFault(RigError):
+    """The rig stopped on its own and says why."""
+
+
+class GateError(RigError):
+    """A temperature gate or another condition was not met before its deadline."""
+
+
+class StopFailed(RigError):
+    """The stop was not acknowledged: the rig may still be powered."""
+
+
+class RunFileError(RigError, ValueError):
+    """A run file cannot be used: damaged, foreign or inconsistent."""

@@ -1,0 +1,83 @@
+"""Close run files that a crash left open, losing no sample that had reached the disk."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import h5py
+
+from rigctl.durable import sync_directory
+from rigctl.errors import RunFileError
+from rigctl.runfile import read_channel, read_run, run_from_attributes, write_run
+from rigctl.runwriter import PART_SUFFIX, lock_part
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recovered:
+    """What became of one orphan: the file it is now, or why it could not be closed."""
+
+    orphan: Path
+    path: Path | None
+    samples: int
+    reason: str = ""
+
+
+def recover(path: str | os.PathLike[str]) -> Path:
+    """Close one orphan (``….h5.part``) as ``truncated`` under its own name and return that name.
+
+    The orphan is removed only once the copy is on the disk under its name: a crash here loses nothing either.
+
+    Raises
+    ------
+    RunFileError
+        When it is being written by a live process, cannot be read, or its name is taken by another run.
+    """
+    orphan = Path(path)
+    if not orphan.name.endswith(PART_SUFFIX):
+        raise RunFileError(f"{orphan}: not a run file left open, those end in {PART_SUFFIX}")
+    if not orphan.is_file():
+        raise RunFileError(f"{orphan}: no such file")
+    target = orphan.with_name(orphan.name.removesuffix(PART_SUFFIX))
+    if target.exists():
+        raise RunFileError(f"{orphan}: {target.name} exists already, move one of the two away")
+    _refuse_live(orphan)
+    try:
+        with h5py.File(orphan, "r", swmr=True) as file:
+            group = file["channels"]
+            channels = {name: read_channel(group, name) for name in group}
+            length = min((values.size for values in channels.values()), default=0)
+            whole = {name: values[:length] for name, values in channels.items()}
+            run = replace(run_from_attributes(file, whole, None), status="truncated")
+    except (OSError, KeyError, RuntimeError, RunFileError) as error:
+        raise RunFileError(f"{orphan}: cannot be read ({' '.join(str(error).split())[:160]})") from error
+    write_run(target, run)
+    orphan.unlink()
+    sync_directory(orphan.parent)
+    return target
+
+
+def recover_directory(directory: str | os.PathLike[str]) -> tuple[Recovered, ...]:
+    """Close every orphan below a directory and say what became of each; a second call finds nothing to do."""
+    root = Path(directory)
+    if not root.is_dir():
+        raise RunFileError(f"{root}: no such directory")
+    return tuple(_try(orphan) for orphan in sorted(root.rglob(f"*.h5{PART_SUFFIX}")))
+
+
+def _try(orphan: Path) -> Recovered:
+    try:
+        path = recover(orphan)
+        return Recovered(orphan=orphan, path=path, samples=read_run(path).samples)
+    except RunFileError as error:
+        return Recovered(orphan=orphan, path=None, samples=0, reason=str(error))
+
+
+def _refuse_live(orphan: Path) -> None:
+    handle = os.open(orphan, os.O_RDONLY)
+    try:
+        if not lock_part(handle, exclusive=True):
+            raise RunFileError(f"{orphan}: a live process is writing it, stop that first")
+    finally:
+        os.close(handle)
