@@ -1,0 +1,23 @@
+"""What identification raises on purpose.
+
+IdentificationError
+├── ModelError          a model that is no model: unknown element, value outside its physical range, missing parameter
+├── DataError           runs that can't be used for what is asked of them
+└── SimulationError     the model can't run on this input
+"""
+
+
+class IdentificationError(ValueError):
+    """Everything that identification raises on purpose."""
+
+
+class ModelError(IdentificationError):
+    """A model description that is refused: what, where, the value, what would be right."""
+
+
+class DataError(IdentificationError):
+    """Runs that can't be used for what is asked of them."""
+
+
+class SimulationError(IdentificationError):
+    """A model that can't run on the given input."""

@@ -1,0 +1,111 @@
+"""The control path: from the measured current i to the effective current u, with sensitivities."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from identification.physical.elements import Code
+from identification.physical.model import Element
+from identification.physical.motion import delayed, is_step
+
+Floats = NDArray[np.float64]
+
+
+def effective_current(
+    elements: Sequence[Element], i: Floats, dt: float, period: int
+) -> tuple[Floats, Floats]:
+    """Effective current and its sensitivities to every control parameter, in order.
+
+    Returns u (N,), A, and du (C, N), A per unit of each of the C parameters.
+    """
+    u = i.copy()
+    du = np.zeros((sum(len(e.parameters) for e in elements), i.size))
+    at = 0
+    for e in elements:
+        value = e.parameters[0].value
+        u = _APPLY[e.spec.code](u, du[:at], du[at], value, dt, period)
+        at += len(e.parameters)
+    return u, du
+
+
+def _lag(u: Floats, du: Floats, own: Floats, tau: float, dt: float, period: int) -> Floats:
+    return np.asarray(_lag_loop(u, is_step(u), du, own, max(tau, 1e-9 * dt), dt))
+
+
+@njit(cache=True)
+def _lag_loop(i, step, du, own, tau, dt):
+    """du/dt = (i − u)/tau, exact for a current that is linear between samples, or held where it steps."""
+    y = dt / tau
+    e = np.exp(-y)
+    de = e * y / tau
+    ramp = 1.0 - (1.0 - e) / y
+    dramp = (de - (1.0 - e) / tau) / y
+    u = np.empty_like(i)
+    u[0] = i[0]
+    own[0] = 0.0
+    before = du[:, 0].copy()
+    for n in range(i.size - 1):
+        slope = 0.0 if step[n] else i[n + 1] - i[n]
+        u[n + 1] = e * u[n] + (1.0 - e) * i[n] + ramp * slope
+        own[n + 1] = e * own[n] + de * (u[n] - i[n]) + dramp * slope
+        for j in range(du.shape[0]):
+            now = du[j, n + 1]
+            rise = 0.0 if step[n] else now - before[j]
+            du[j, n + 1] = e * du[j, n] + (1.0 - e) * before[j] + ramp * rise
+            before[j] = now
+    return u
+
+
+def _delay(u: Floats, du: Floats, own: Floats, tau: float, dt: float, period: int) -> Floats:
+    late = delayed(u, tau, dt, period)
+    later, earlier = delayed(u, tau + 0.5 * dt, dt, period), delayed(u, max(tau - 0.5 * dt, 0.0), dt, period)
+    own[:] = (later - earlier) / (0.5 * dt + min(tau, 0.5 * dt))
+    for row in du:
+        row[:] = delayed(row, tau, dt, period)
+    return late
+
+
+def _saturation(u: Floats, du: Floats, own: Floats, i_s: float, dt: float, period: int) -> Floats:
+    th = np.tanh(u / i_s)
+    slope = 1.0 - th**2
+    own[:] = th - u / i_s * slope
+    du *= slope
+    return np.asarray(i_s * th)
+
+
+def _hysteresis(u: Floats, du: Floats, own: Floats, width: float, dt: float, period: int) -> Floats:
+    return np.asarray(_play_loop(u, du, own, width))
+
+
+@njit(cache=True)
+def _play_loop(i, du, own, width):
+    """Play operator: u stays until i has moved half the width away from it."""
+    half = 0.5 * width
+    u = np.empty_like(i)
+    u[0] = i[0]
+    own[0] = 0.0
+    for n in range(1, i.size):
+        if i[n] - half > u[n - 1]:
+            u[n] = i[n] - half
+            own[n] = -0.5
+        elif i[n] + half < u[n - 1]:
+            u[n] = i[n] + half
+            own[n] = 0.5
+        else:
+            u[n] = u[n - 1]
+            own[n] = own[n - 1]
+            for j in range(du.shape[0]):
+                du[j, n] = du[j, n - 1]
+    return u
+
+
+_APPLY = {
+    Code.LAG: _lag,
+    Code.DELAY: _delay,
+    Code.SATURATION: _saturation,
+    Code.HYSTERESIS: _hysteresis,
+}

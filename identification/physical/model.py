@@ -1,0 +1,167 @@
+"""A damper as named elements on four paths."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.errors import ModelError
+from identification.physical.elements import CATALOGUE, PATHS, ElementSpec, Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """A value, SI, with what is known of it."""
+
+    value: float
+    fixed: bool = False
+    low: float | None = None
+    high: float | None = None
+    std: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """One named element; every parameter of its catalogue row has a value within physical bounds."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+
+    def __post_init__(self) -> None:
+        if self.name not in CATALOGUE:
+            raise ModelError(
+                f"element '{self.name}' is not in the catalogue: use one of {', '.join(CATALOGUE)}"
+            )
+        if len(self.parameters) != len(self.spec.parameters):
+            names = ", ".join(p.name for p in self.spec.parameters)
+            raise ModelError(f"element '{self.name}' needs the parameters {names}")
+        for spec, parameter in zip(self.spec.parameters, self.parameters, strict=True):
+            _check(f"{self.name}.{spec.name}", parameter, spec.low, spec.high)
+
+    @property
+    def spec(self) -> ElementSpec:
+        """Row of the catalogue."""
+        return CATALOGUE[self.name]
+
+    def value(self, parameter: str) -> float:
+        """Value of one parameter by name."""
+        return self.parameters[self.spec.index(parameter)].value
+
+
+def _check(where: str, parameter: Parameter, low: float, high: float) -> None:
+    value = parameter.value
+    if not math.isfinite(value):
+        raise ModelError(f"{where} is {value}: it must be a finite number")
+    if not low <= value <= high:
+        raise ModelError(f"{where} is {value:g}: physically it lies within [{low:g}, {high:g}]")
+    own_low = -math.inf if parameter.low is None else parameter.low
+    own_high = math.inf if parameter.high is None else parameter.high
+    if not own_low <= value <= own_high:
+        raise ModelError(f"{where} is {value:g}: outside its own limits [{own_low:g}, {own_high:g}]")
+
+
+def element(name: str, values: Mapping[str, float], fixed: Sequence[str] = ()) -> Element:
+    """Make an element from plain values; what is left out takes the catalogue's default."""
+    spec = CATALOGUE.get(name)
+    if spec is None:
+        raise ModelError(f"element '{name}' is not in the catalogue: use one of {', '.join(CATALOGUE)}")
+    parameters = []
+    for p in spec.parameters:
+        default = p.constant if p.constant is not None else p.default
+        value = values.get(p.name, default)
+        if value is None:
+            raise ModelError(f"element '{name}' lacks its parameter '{p.name}' ({p.unit})")
+        held = p.constant is not None or p.name not in values or p.name in fixed
+        parameters.append(Parameter(value=float(value), fixed=held))
+    return Element(name, tuple(parameters))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Model:
+    """A physical damper model: elements in order on mount, control, core and sensor."""
+
+    name: str
+    elements: tuple[Element, ...]
+
+    def __post_init__(self) -> None:
+        ordered = sorted(self.elements, key=lambda e: PATHS.index(e.spec.path))
+        object.__setattr__(self, "elements", tuple(ordered))
+        for name in ("series_compliance", "free_play"):
+            if sum(e.name == name for e in ordered) > 1:
+                raise ModelError(f"mount holds '{name}' more than once: join them into one element")
+        if not any(e.spec.path == "core" for e in ordered):
+            raise ModelError("core is empty: a damper needs at least one element that makes a force")
+
+    def on(self, path: Path) -> tuple[Element, ...]:
+        """Elements of one path, in order."""
+        return tuple(e for e in self.elements if e.spec.path == path)
+
+    def has(self, name: str) -> bool:
+        """Whether an element of that name is part of the model."""
+        return any(e.name == name for e in self.elements)
+
+    @property
+    def needs_current(self) -> bool:
+        """Whether the force depends on the control current."""
+        return any(e.spec.needs_current or _controlled(e) for e in self.elements)
+
+    def with_element(self, new: Element) -> Model:
+        """The model with one more element."""
+        return replace(self, elements=(*self.elements, new))
+
+    def without(self, name: str) -> Model:
+        """The model without the last element of that name."""
+        index = max(i for i, e in enumerate(self.elements) if e.name == name)
+        return replace(self, elements=self.elements[:index] + self.elements[index + 1 :])
+
+    def slots(self) -> Iterator[tuple[Element, int]]:
+        """Every parameter in the order of the parameter vector, as (element, index within it)."""
+        for e in self.elements:
+            for k in range(len(e.parameters)):
+                yield e, k
+
+    def values(self) -> NDArray[np.float64]:
+        """Parameter vector, (P,), SI."""
+        return np.array([e.parameters[k].value for e, k in self.slots()], dtype=np.float64)
+
+    def names(self) -> list[str]:
+        """`element.parameter` for every entry of the parameter vector."""
+        return [f"{e.name}.{e.spec.parameters[k].name}" for e, k in self.slots()]
+
+    def free(self) -> NDArray[np.bool_]:
+        """Which parameters a fit may move, (P,)."""
+        return np.array([not e.parameters[k].fixed for e, k in self.slots()], dtype=np.bool_)
+
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Physical bounds narrowed by the model's own, two arrays (P,)."""
+        low, high = [], []
+        for e, k in self.slots():
+            spec, own = e.spec.parameters[k], e.parameters[k]
+            low.append(spec.low if own.low is None else max(spec.low, own.low))
+            high.append(spec.high if own.high is None else min(spec.high, own.high))
+        return np.array(low), np.array(high)
+
+    def with_values(self, values: Sequence[float] | NDArray[np.float64]) -> Model:
+        """The model with another parameter vector, (P,)."""
+        return self._map(lambda p, i: replace(p, value=float(values[i])))
+
+    def with_std(self, std: Sequence[float] | NDArray[np.float64]) -> Model:
+        """The model with standard deviations beside the values, (P,); NaN means unknown."""
+        return self._map(lambda p, i: replace(p, std=float(std[i]) if math.isfinite(std[i]) else None))
+
+    def _map(self, change: Callable[[Parameter, int], Parameter]) -> Model:
+        elements, i = [], 0
+        for e in self.elements:
+            n = len(e.parameters)
+            elements.append(Element(e.name, tuple(change(p, i + k) for k, p in enumerate(e.parameters))))
+            i += n
+        return replace(self, elements=tuple(elements))
+
+
+def _controlled(e: Element) -> bool:
+    gains = ("c_control", "alpha_control")
+    return any(e.value(p.name) != 0.0 for p in e.spec.parameters if p.name in gains)
