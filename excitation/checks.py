@@ -1,0 +1,33 @@
+"""Range checks whose message names the key, the value and what would be right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from excitation.errors import DesignError
+
+__all__ = ["above", "at_least", "one_of", "within"]
+
+
+def above(name: str, value: float, low: float, unit: str = "") -> None:
+    if not value > low:
+        raise DesignError(f"{name} is {value:g}{_unit(unit)}: it must be above {low:g}{_unit(unit)}")
+
+
+def at_least(name: str, value: float, low: float, unit: str = "") -> None:
+    if not value >= low:
+        raise DesignError(f"{name} is {value:g}{_unit(unit)}: it must be at least {low:g}{_unit(unit)}")
+
+
+def within(name: str, value: float, low: float, high: float, unit: str = "") -> None:
+    if not low <= value <= high:
+        raise DesignError(f"{name} is {value:g}{_unit(unit)}: it must lie in {low:g} … {high:g}{_unit(unit)}")
+
+
+def one_of(name: str, value: object, known: Sequence[str]) -> None:
+    if value not in known:
+        raise DesignError(f"{name} is {value!r}: it must be one of {', '.join(known)}")
+
+
+def _unit(unit: str) -> str:
+    return f" {unit}" if unit else ""

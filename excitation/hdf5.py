@@ -1,0 +1,137 @@
+"""Excitation files in HDF5: the layout of a run file, `format` "damper-rig/excitation"."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from excitation.errors import DesignError, ExcitationFileError
+from excitation.signal import JSON, Excitation, Kind
+
+__all__ = ["FORMAT", "get_excitation", "put_excitation", "read_hdf5", "write_hdf5"]
+
+FORMAT = "damper-rig/excitation"
+VERSION = 1
+
+_UNITS = {"displacement_command": "m", "current_command": "A"}
+_MEANING = {
+    "displacement_command": "set-point, positive in extension",
+    "current_command": "set-point, held between samples",
+}
+
+
+def write_hdf5(path: Path, excitation: Excitation) -> None:
+    """Writes one excitation; the same excitation gives the same bytes."""
+    with h5py.File(path, "w", libver=("earliest", "v110")) as file:
+        put_excitation(file, excitation)
+
+
+def read_hdf5(path: Path) -> Excitation:
+    """Reads one excitation; raises ExcitationFileError that names file, channel and first bad sample."""
+    with h5py.File(path, "r") as file:
+        return get_excitation(file, str(path))
+
+
+def put_excitation(group: h5py.Group, excitation: Excitation) -> None:
+    """Attributes and channels below ``group``."""
+    group.attrs["format"] = FORMAT
+    group.attrs["format_version"] = VERSION
+    group.attrs["sample_rate"] = excitation.sample_rate_hz
+    group.attrs["samples"] = excitation.samples
+    group.attrs["period_samples"] = excitation.period_samples
+    group.attrs["excitation_kind"] = str(excitation.kind)
+    group.attrs["design"] = json.dumps(excitation.design)
+    group.attrs["figures"] = json.dumps(excitation.figures)
+    for name in ("coverage", "coverage_normalised"):
+        if name in excitation.figures:
+            group.attrs[name] = excitation.figures[name]
+    channels = group.create_group("channels")
+    _put_channel(channels, "displacement_command", excitation.displacement_m)
+    if excitation.current_a is not None:
+        _put_channel(channels, "current_command", excitation.current_a)
+
+
+def _put_channel(channels: h5py.Group, name: str, values: NDArray[np.float64]) -> None:
+    data = channels.create_dataset(name, data=values)
+    data.attrs["unit"] = _UNITS[name]
+    data.attrs["description"] = _MEANING[name]
+
+
+def get_excitation(group: h5py.Group, where: str) -> Excitation:
+    """The excitation below ``group``; ``where`` begins every message."""
+    layout = _attribute(group, "format", where)
+    if layout != FORMAT:
+        raise ExcitationFileError(f"{where}: format is {layout!r}: an excitation file has {FORMAT!r}")
+    version = int(_attribute(group, "format_version", where))
+    if version > VERSION:
+        raise ExcitationFileError(f"{where}: format_version is {version}: this release reads up to {VERSION}")
+    displacement = _channel(group, "displacement_command", where)
+    current = _channel(group, "current_command", where) if "channels/current_command" in group else None
+    samples = int(_attribute(group, "samples", where))
+    for name, values in (("displacement_command", displacement), ("current_command", current)):
+        if values is not None and values.size != samples:
+            raise ExcitationFileError(
+                f"{where}: channel {name} has {values.size} samples: the file says {samples}"
+            )
+    try:
+        return Excitation(
+            kind=Kind(_attribute(group, "excitation_kind", where)),
+            sample_rate_hz=float(_attribute(group, "sample_rate", where)),
+            period_samples=int(_attribute(group, "period_samples", where)),
+            displacement_m=displacement,
+            current_a=current,
+            design=_json(group, "design", where),
+            figures=_json(group, "figures", where),
+        )
+    except DesignError as error:
+        raise ExcitationFileError(f"{where}: {error}") from error
+    except ValueError as error:
+        raise ExcitationFileError(
+            f"{where}: excitation_kind: {error}: known are {', '.join(Kind)}"
+        ) from error
+
+
+def _attribute(group: h5py.Group, name: str, where: str) -> Any:
+    """Any: HDF5 attributes are texts or numbers, the caller converts."""
+    if name not in group.attrs:
+        raise ExcitationFileError(f"{where}: attribute {name} is missing: this is no excitation file")
+    return group.attrs[name]
+
+
+def _json(group: h5py.Group, name: str, where: str) -> Mapping[str, JSON]:
+    text = group.attrs.get(name, "{}")
+    try:
+        value = json.loads(text)
+    except (TypeError, ValueError) as error:
+        raise ExcitationFileError(f"{where}: attribute {name} is not JSON: {error}") from error
+    if not isinstance(value, dict):
+        raise ExcitationFileError(
+            f"{where}: attribute {name} is not a JSON object: the design is a table of keys"
+        )
+    return value
+
+
+def _channel(group: h5py.Group, name: str, where: str) -> NDArray[np.float64]:
+    data = group.get(f"channels/{name}")
+    if not isinstance(data, h5py.Dataset):
+        raise ExcitationFileError(f"{where}: channel {name} is missing: an excitation needs it")
+    unit = data.attrs.get("unit")
+    if unit != _UNITS[name]:
+        raise ExcitationFileError(f"{where}: channel {name} has unit {unit!r}: it must be {_UNITS[name]!r}")
+    if data.ndim != 1 or not np.issubdtype(data.dtype, np.floating):
+        raise ExcitationFileError(
+            f"{where}: channel {name} is {data.dtype} {data.shape}: it must be a row of floats"
+        )
+    values = np.asarray(data[()], dtype=np.float64)
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        raise ExcitationFileError(
+            f"{where}: channel {name}, sample {bad[0]} is {values[bad[0]]}: it must be finite"
+        )
+    return values

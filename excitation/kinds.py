@@ -1,0 +1,47 @@
+"""From the configuration of one excitation, its `kind` among the keys, to its samples."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from excitation.checks import one_of
+from excitation.door import to_spec
+from excitation.errors import DesignError
+from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec, sine, steps, triangle
+from excitation.multisine import as_excitation, random_phase
+from excitation.multisine_spec import MultisineSpec
+from excitation.signal import JSON, Excitation
+
+__all__ = ["KINDS", "excitation_from_config"]
+
+KINDS = ("multisine", "homogenised", "sine", "triangle", "steps")
+
+
+def excitation_from_config(config: Mapping[str, JSON], where: str = "") -> Excitation:
+    """The excitation that ``config`` describes; its key `kind` is one of KINDS, the others belong to the
+    kind.
+
+    Raises DesignError, one line that begins with ``where``.
+    """
+    kind = config.get("kind")
+    parameters = {key: value for key, value in config.items() if key != "kind"}
+    try:
+        one_of("kind", kind, KINDS)
+        return _make(str(kind), parameters)
+    except DesignError as error:
+        raise DesignError(f"{where}: {error}" if where else str(error)) from error
+
+
+def _make(kind: str, config: Mapping[str, JSON]) -> Excitation:
+    match kind:
+        case "sine":
+            return sine(to_spec(SineSpec, config))
+        case "triangle":
+            return triangle(to_spec(TriangleSpec, config))
+        case "steps":
+            return steps(to_spec(StepsSpec, config))
+        case "homogenised":
+            raise DesignError("kind 'homogenised' is not built yet")
+        case _:
+            spec = to_spec(MultisineSpec, config)
+            return as_excitation(spec, random_phase(spec), "multisine")
