@@ -1,0 +1,58 @@
+"""What a campaign must be to be accepted: checked whole at the door, before anything is kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, ClassVar
+
+from api.errors import InputError
+from excitation import TestPlan, plan_from_config
+from rigctl.player import connect
+
+__all__ = ["NewCampaign"]
+
+_MOST_TESTS = 500
+_MOST_RIG_TIME_S = 7 * 86400.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class NewCampaign:
+    """A body of POST /v1/campaigns: tests in order, on one rig, with one specimen.
+
+    Raises InputError, DesignError or UrlError: one line.
+    """
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = {"extra": "forbid", "strict": True}
+
+    name: str
+    rig: str
+    specimen: str
+    tests: list[dict[str, Any]] = field(repr=False)  # any JSON: excitation checks it
+
+    def __post_init__(self) -> None:
+        for key, longest in (("name", 200), ("specimen", 200), ("rig", 500)):
+            _check_text(key, getattr(self, key), longest)
+        if not 0 < len(self.tests) <= _MOST_TESTS:
+            raise InputError(f"tests has {len(self.tests)} entries: a campaign has 1 … {_MOST_TESTS}")
+        connect(self.rig).close()  # refuses an address that it cannot read; sends nothing
+        for test in self.plan.tests:
+            _check_text("test name", test.name, 200)
+        if self.plan.duration_s > _MOST_RIG_TIME_S:
+            raise InputError(
+                f"tests take {self.plan.duration_s:.3g} s of rig time: at most {_MOST_RIG_TIME_S:g} s a campaign"
+            )
+
+    @cached_property
+    def plan(self) -> TestPlan:
+        return plan_from_config({"tests": self.tests})
+
+
+def _check_text(key: str, value: str, longest: int) -> None:
+    if not value.strip() or len(value) > longest or not value.isprintable():
+        raise InputError(f"{key} is {_shown(value)}: it must be 1 … {longest} printable characters")
+
+
+def _shown(value: object) -> str:
+    text = ascii(value)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,281 @@
+"""The campaign store: what was asked for, how far it is, and what became of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Any, Self
+from uuid import uuid4
+
+from sqlalchemy import ColumnElement, Connection, Row, Select, func, select, update
+
+from api.campaigns import NewCampaign
+from api.database import migrate, open_engine, reading, writing
+from api.errors import Conflict, NotFound
+from api.records import Campaign, CampaignState, CampaignTest, Event, RigRecord, RunRecord, TestState
+from api.tables import campaigns, events, leases, runs, tests
+
+__all__ = ["OPEN_STATES", "Store", "read_campaign", "record_event"]
+
+OPEN_STATES = (CampaignState.ACCEPTED, CampaignState.RUNNING)
+
+
+class Store:
+    """Campaigns in a database. Safe to use from many threads; every call is one transaction.
+
+    Every method raises StoreError where the database does not answer by its deadline.
+    """
+
+    def __init__(self, url: str, *, clock: Callable[[], float] = time.time) -> None:
+        self.engine = open_engine(url)
+        self.clock = clock
+        try:
+            migrate(self.engine)
+        except BaseException:
+            self.engine.dispose()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self.engine.dispose()
+
+    def ping(self) -> None:
+        """Raises StoreError where the database does not answer."""
+        with reading(self.engine) as connection:
+            connection.execute(select(func.count()).select_from(leases))
+
+    def create(self, new: NewCampaign) -> Campaign:
+        """Accept a campaign: from now on it is never lost."""
+        now = self.clock()
+        with writing(self.engine) as connection:
+            row = campaigns.insert().values(
+                id=uuid4().hex,
+                name=new.name,
+                rig=new.rig,
+                specimen=new.specimen,
+                state=CampaignState.ACCEPTED,
+                reason="",
+                created_at_s=now,
+            )
+            number = connection.scalars(row.returning(campaigns.c.number)).one()
+            connection.execute(tests.insert(), [_test_row(number, k, new) for k in range(len(new.plan.tests))])
+            record_event(connection, number, now, "accepted")
+            return read_campaign(connection, campaigns.c.number == number)
+
+    def campaign(self, campaign_id: str) -> Campaign:
+        """One campaign; raises NotFound."""
+        with reading(self.engine) as connection:
+            return read_campaign(connection, campaigns.c.id == campaign_id, campaign_id)
+
+    def campaigns(
+        self, *, limit: int = 50, before: int | None = None, state: CampaignState | None = None
+    ) -> tuple[Campaign, ...]:
+        """The newest campaigns first; ``before``: only those accepted before that number."""
+        query = select(campaigns).order_by(campaigns.c.number.desc()).limit(limit)
+        if before is not None:
+            query = query.where(campaigns.c.number < before)
+        if state is not None:
+            query = query.where(campaigns.c.state == state)
+        with reading(self.engine) as connection:
+            return _read_campaigns(connection, query)
+
+    def abort(self, campaign_id: str, reason: str) -> Campaign:
+        """Ask for the end of a campaign: at once where it waits, by its worker where it runs.
+
+        Raises NotFound, and Conflict where it has ended in another way.
+        """
+        now = self.clock()
+        with writing(self.engine) as connection:
+            query = select(campaigns).where(campaigns.c.id == campaign_id).with_for_update()
+            row = connection.execute(query).one_or_none()
+            if row is None:
+                raise _unknown(campaign_id)
+            match CampaignState(row.state):
+                case CampaignState.ACCEPTED:
+                    end_campaign(connection, row.number, CampaignState.ABORTED, reason, now)
+                case CampaignState.RUNNING if row.abort_reason is None:
+                    _set(connection, row.number, abort_reason=reason)
+                    record_event(connection, row.number, now, f"abort asked for: {reason}")
+                case CampaignState.DONE | CampaignState.FAILED:
+                    raise Conflict(
+                        f"campaign {campaign_id} is {row.state}: only an accepted or a running one can be aborted"
+                    )
+            return read_campaign(connection, campaigns.c.number == row.number)
+
+    def runs(self, campaign_id: str) -> tuple[RunRecord, ...]:
+        """The captured runs of a campaign in the order of capture; raises NotFound."""
+        with reading(self.engine) as connection:
+            return _read_runs(connection, campaign_id)
+
+    def run(self, campaign_id: str, run_id: str) -> RunRecord:
+        """One captured run; raises NotFound."""
+        found = [run for run in self.runs(campaign_id) if run.id == run_id]
+        if not found:
+            raise NotFound(f"campaign {campaign_id} has no run {run_id!r:.60}")
+        return found[0]
+
+    def events(self, campaign_id: str) -> tuple[Event, ...]:
+        """What happened to a campaign, in order; raises NotFound."""
+        with reading(self.engine) as connection:
+            number = _number(connection, campaign_id)
+            rows = connection.execute(select(events).where(events.c.campaign == number).order_by(events.c.number))
+            return tuple(Event(number=row.number, at_s=row.at_s, text=row.text) for row in rows)
+
+    def rigs(self) -> tuple[RigRecord, ...]:
+        """Every rig that a campaign has named, by its address."""
+        now = self.clock()
+        waiting = func.sum((campaigns.c.state == CampaignState.ACCEPTED).cast(campaigns.c.number.type))
+        query = select(campaigns.c.rig, waiting.label("accepted")).group_by(campaigns.c.rig).order_by(campaigns.c.rig)
+        with reading(self.engine) as connection:
+            holders = {
+                row.rig: row.owner for row in connection.execute(select(leases).where(leases.c.expires_at_s > now))
+            }
+            running = {
+                row.rig: row.id
+                for row in connection.execute(
+                    select(campaigns.c.rig, campaigns.c.id).where(campaigns.c.state == CampaignState.RUNNING)
+                )
+            }
+            return tuple(
+                RigRecord(
+                    url=row.rig,
+                    worker=holders.get(row.rig, ""),
+                    running=running.get(row.rig, ""),
+                    accepted=int(row.accepted),
+                )
+                for row in connection.execute(query)
+            )
+
+    def rigs_with_work(self) -> tuple[str, ...]:
+        """The rigs that have a campaign which has not ended."""
+        query = select(campaigns.c.rig).where(campaigns.c.state.in_(OPEN_STATES)).distinct()
+        with reading(self.engine) as connection:
+            return tuple(connection.scalars(query.order_by(campaigns.c.rig)))
+
+
+def record_event(connection: Connection, number: int, at_s: float, text: str) -> None:
+    """Write down what happened to a campaign."""
+    connection.execute(events.insert().values(campaign=number, at_s=at_s, text=text))
+
+
+def end_campaign(connection: Connection, number: int, state: CampaignState, reason: str, at_s: float) -> None:
+    """Close a campaign: a test that was running ends like the campaign, those that wait are skipped."""
+    _set(connection, number, state=state, reason=reason, ended_at_s=at_s)
+    last = TestState.ABORTED if state is CampaignState.ABORTED else TestState.FAILED
+    for before, after in ((TestState.RUNNING, last), (TestState.WAITING, TestState.SKIPPED)):
+        connection.execute(
+            update(tests).where(tests.c.campaign == number, tests.c.state == before).values(state=after, phase="")
+        )
+    record_event(connection, number, at_s, f"{state}: {reason}" if reason else str(state))
+
+
+def read_campaign(connection: Connection, where: ColumnElement[bool], name: str = "") -> Campaign:
+    """The campaign that ``where`` selects; raises NotFound."""
+    found = _read_campaigns(connection, select(campaigns).where(where))
+    if not found:
+        raise _unknown(name)
+    return found[0]
+
+
+def _unknown(campaign_id: str) -> NotFound:
+    return NotFound(f"there is no campaign {campaign_id!r:.60}: GET /v1/campaigns lists them")
+
+
+def _read_campaigns(connection: Connection, query: Select[Any]) -> tuple[Campaign, ...]:
+    # Any: SQLAlchemy's rows know their columns only when they run
+    rows = connection.execute(query).all()
+    numbers = [row.number for row in rows]
+    of: dict[int, list[CampaignTest]] = {number: [] for number in numbers}
+    for row in connection.execute(
+        select(tests).where(tests.c.campaign.in_(numbers)).order_by(tests.c.campaign, tests.c.position)
+    ):
+        of[row.campaign].append(_test(row))
+    return tuple(_campaign(row, of[row.number]) for row in rows)
+
+
+def _campaign(row: Row[Any], of: Sequence[CampaignTest]) -> Campaign:
+    return Campaign(
+        number=row.number,
+        id=row.id,
+        name=row.name,
+        rig=row.rig,
+        specimen=row.specimen,
+        state=CampaignState(row.state),
+        reason=row.reason,
+        created_at_s=row.created_at_s,
+        started_at_s=row.started_at_s,
+        ended_at_s=row.ended_at_s,
+        tests=tuple(of),
+    )
+
+
+def _test(row: Row[Any]) -> CampaignTest:
+    return CampaignTest(
+        position=row.position,
+        name=row.name,
+        config=row.config,
+        held_out=row.held_out,
+        duration_s=row.duration_s,
+        state=TestState(row.state),
+        phase=row.phase,
+        samples=row.samples,
+        total_samples=row.total_samples,
+        text=row.text,
+    )
+
+
+def _test_row(number: int, position: int, new: NewCampaign) -> dict[str, Any]:
+    test = new.plan.tests[position]
+    return {
+        "campaign": number,
+        "position": position,
+        "name": test.name,
+        "config": dict(new.tests[position]),
+        "held_out": test.held_out,
+        "duration_s": test.excitation.duration_s + test.dwell_s,
+        "state": TestState.WAITING,
+        "phase": "",
+        "samples": 0,
+        "total_samples": test.excitation.samples,
+        "text": "",
+    }
+
+
+def _read_runs(connection: Connection, campaign_id: str) -> tuple[RunRecord, ...]:
+    number = _number(connection, campaign_id)
+    rows = connection.execute(select(runs).where(runs.c.campaign == number).order_by(runs.c.created, runs.c.id))
+    return tuple(
+        RunRecord(
+            id=row.id,
+            campaign_id=campaign_id,
+            test=row.test,
+            held_out=row.held_out,
+            status=row.status,
+            location=row.location,
+            size_bytes=row.size_bytes,
+            sha256=row.sha256,
+            samples=row.samples,
+            sample_rate_hz=row.sample_rate_hz,
+            created=row.created,
+        )
+        for row in rows
+    )
+
+
+def _number(connection: Connection, campaign_id: str) -> int:
+    number = connection.scalar(select(campaigns.c.number).where(campaigns.c.id == campaign_id))
+    if number is None:
+        raise _unknown(campaign_id)
+    return int(number)
+
+
+def _set(connection: Connection, number: int, **values: object) -> None:
+    connection.execute(update(campaigns).where(campaigns.c.number == number).values(**values))

@@ -1,0 +1,97 @@
+"""The tables of the campaign store; ``migrations`` builds them step by step."""
+
+from __future__ import annotations
+
+from sqlalchemy import (
+    JSON,
+    Boolean,
+    Column,
+    Float,
+    ForeignKey,
+    Index,
+    Integer,
+    MetaData,
+    String,
+    Table,
+    Text,
+    UniqueConstraint,
+)
+
+__all__ = ["METADATA", "campaigns", "events", "leases", "runs", "tests"]
+
+METADATA = MetaData(
+    naming_convention={
+        "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+        "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+        "fk": "fk_%(table_name)s_%(column_0_N_name)s",
+        "pk": "pk_%(table_name)s",
+    }
+)
+
+campaigns = Table(
+    "campaigns",
+    METADATA,
+    Column("number", Integer, primary_key=True),
+    Column("id", String(32), nullable=False, unique=True),
+    Column("name", Text, nullable=False),
+    Column("rig", Text, nullable=False),
+    Column("specimen", Text, nullable=False),
+    Column("state", String(16), nullable=False),
+    Column("reason", Text, nullable=False),
+    Column("abort_reason", Text, nullable=True),  # an abort that was asked for while it runs
+    Column("created_at_s", Float, nullable=False),
+    Column("started_at_s", Float, nullable=True),
+    Column("ended_at_s", Float, nullable=True),
+    Index(None, "rig", "state"),
+)
+
+tests = Table(
+    "tests",
+    METADATA,
+    Column("campaign", ForeignKey("campaigns.number", ondelete="CASCADE"), primary_key=True),
+    Column("position", Integer, primary_key=True, autoincrement=False),
+    Column("name", Text, nullable=False),
+    Column("config", JSON, nullable=False),
+    Column("held_out", Boolean, nullable=False),
+    Column("duration_s", Float, nullable=False),
+    Column("state", String(16), nullable=False),
+    Column("phase", String(16), nullable=False),
+    Column("samples", Integer, nullable=False),
+    Column("total_samples", Integer, nullable=False),
+    Column("text", Text, nullable=False),
+    UniqueConstraint("campaign", "name"),
+)
+
+runs = Table(
+    "runs",
+    METADATA,
+    Column("id", String(64), primary_key=True),
+    Column("campaign", ForeignKey("campaigns.number", ondelete="CASCADE"), nullable=False, index=True),
+    Column("test", Text, nullable=False),
+    Column("held_out", Boolean, nullable=False),
+    Column("status", String(16), nullable=False),
+    Column("location", Text, nullable=False, unique=True),
+    Column("size_bytes", Integer, nullable=False),
+    Column("sha256", String(64), nullable=False),
+    Column("samples", Integer, nullable=False),
+    Column("sample_rate_hz", Float, nullable=False),
+    Column("created", String(40), nullable=False),
+)
+
+events = Table(
+    "events",
+    METADATA,
+    Column("number", Integer, primary_key=True),
+    Column("campaign", ForeignKey("campaigns.number", ondelete="CASCADE"), nullable=False, index=True),
+    Column("at_s", Float, nullable=False),
+    Column("text", Text, nullable=False),
+)
+
+leases = Table(
+    "leases",
+    METADATA,
+    Column("rig", String(512), primary_key=True),
+    Column("owner", Text, nullable=False),
+    Column("token", Integer, nullable=False),
+    Column("expires_at_s", Float, nullable=False),
+)

@@ -1,0 +1,55 @@
+"""Fixtures of the doors: a store on each database, and a campaign that is accepted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from api.store import Store
+
+
+class Clock:
+    """Seconds that pass when a test says so."""
+
+    def __init__(self) -> None:
+        self.now_s = 1_000_000.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.postgresql)])
+def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    if request.param == "postgresql":
+        url: str = request.getfixturevalue("postgresql_url")
+        return url
+    return f"sqlite:///{tmp_path / 'store' / 'campaigns.db'}"
+
+
+@pytest.fixture
+def store(database_url: str, clock: Clock) -> Iterator[Store]:
+    with Store(database_url, clock=clock) as opened:
+        yield opened
+
+
+@pytest.fixture
+def body() -> dict[str, Any]:
+    """A campaign of two short sines, the second held out."""
+    sine = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.005, "frequency": 4.0, "cycles": 2}
+    return {
+        "name": "two sines",
+        "rig": "modbus://127.0.0.1:5020",
+        "specimen": "damper 7",
+        "tests": [
+            {"name": "slow", **sine, "current": 0.5},
+            {"name": "fast", **sine, "frequency": 8.0, "held_out": True, "current": 0.5},
+        ],
+    }

@@ -1,0 +1,273 @@
+"""The campaign store, on SQLite and on PostgreSQL alike."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from sqlalchemy import text
+
+from api.campaigns import NewCampaign
+from api.database import writing
+from api.errors import Conflict, LeaseLost, NotFound, SettingsError, StoreError
+from api.leases import Leased, acquire
+from api.records import CampaignState, RunRecord, TestState
+from api.store import Store
+from api.tables import METADATA
+
+RIG = "modbus://127.0.0.1:5020"
+LEASE_S = 20.0
+
+
+def leased(store: Store, owner: str = "worker 1") -> Leased:
+    held = acquire(store, RIG, owner, LEASE_S)
+    assert held is not None
+    return held
+
+
+def a_run(campaign_id: str) -> RunRecord:
+    return RunRecord(
+        id="r1",
+        campaign_id=campaign_id,
+        test="slow",
+        held_out=False,
+        status="complete",
+        location="x/slow.h5",
+        size_bytes=10,
+        sha256="0" * 64,
+        samples=500,
+        sample_rate_hz=1000.0,
+        created="2026-11-21T00:00:00+00:00",
+    )
+
+
+def test_the_migrations_build_exactly_the_tables_that_the_store_uses(store: Store) -> None:
+    with store.engine.connect() as connection:
+        assert compare_metadata(MigrationContext.configure(connection), METADATA) == []
+
+
+def test_opening_a_store_again_keeps_what_it_holds(database_url: str, body: dict[str, Any]) -> None:
+    with Store(database_url) as store:
+        campaign = store.create(NewCampaign(**body))
+    with Store(database_url) as store:
+        assert store.campaign(campaign.id) == campaign
+
+
+def test_a_store_of_a_later_program_is_refused_in_one_line(database_url: str) -> None:
+    with Store(database_url) as store, writing(store.engine) as connection:
+        connection.execute(text("UPDATE alembic_version SET version_num = '9999'"))
+    with pytest.raises(StoreError, match="later version") as caught:
+        Store(database_url)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("url", ["sqlite://", "sqlite:///:memory:", "mysql://x", "nonsense"])
+def test_a_database_that_cannot_keep_campaigns_is_refused(url: str) -> None:
+    with pytest.raises(SettingsError):
+        Store(url)
+
+
+def test_a_server_that_does_not_answer_is_a_store_error_in_one_line() -> None:
+    with pytest.raises(StoreError) as caught:
+        Store("postgresql+psycopg://someone:secret@127.0.0.1:1/none")
+    assert "\n" not in str(caught.value)
+    assert "secret" not in str(caught.value)
+
+
+def test_an_accepted_campaign_reads_back_as_it_was_asked_for(store: Store, body: dict[str, Any]) -> None:
+    campaign = store.create(NewCampaign(**body))
+    assert campaign == store.campaign(campaign.id)
+    assert campaign.state is CampaignState.ACCEPTED
+    assert [dict(test.config) for test in campaign.tests] == body["tests"]
+    assert [test.held_out for test in campaign.tests] == [False, True]
+    assert [test.total_samples for test in campaign.tests] == [500, 250]
+    assert [event.text for event in store.events(campaign.id)] == ["accepted"]
+
+
+def test_campaigns_of_a_rig_are_taken_in_the_order_of_acceptance(store: Store, body: dict[str, Any]) -> None:
+    asked = [store.create(NewCampaign(**{**body, "name": f"c{k}"})).name for k in range(3)]
+    other = store.create(NewCampaign(**{**body, "rig": "modbus://127.0.0.1:5021"}))
+    held = leased(store)
+    taken = [campaign.name for campaign in iter(held.take_next, None)]
+    assert taken == asked
+    assert store.campaign(other.id).state is CampaignState.ACCEPTED
+
+
+def test_a_rig_has_one_worker_until_it_lets_go_or_dies(store: Store, clock: Any) -> None:
+    first = leased(store)
+    assert acquire(store, RIG, "worker 2", LEASE_S) is None
+    first.release()
+    second = leased(store, "worker 2")
+    clock.now_s += LEASE_S + 1
+    third = leased(store, "worker 3")
+    assert [held.lease.token for held in (first, second, third)] == [1, 2, 3]
+
+
+def test_of_many_workers_that_ask_at_once_exactly_one_gets_the_rig(store: Store) -> None:
+    with ThreadPoolExecutor(8) as pool:
+        got = list(pool.map(lambda k: acquire(store, RIG, f"worker {k}", LEASE_S), range(8)))
+    assert sum(held is not None for held in got) == 1
+
+
+def test_whoever_lost_the_lease_can_write_nothing(store: Store, body: dict[str, Any], clock: Any) -> None:
+    campaign = store.create(NewCampaign(**body))
+    late = leased(store)
+    late.take_next()
+    clock.now_s += LEASE_S + 1
+    leased(store, "worker 2")
+    before = store.campaign(campaign.id)
+    for write in (
+        late.take_next,
+        late.close_left_open,
+        lambda: late.sign_of_life(campaign),
+        lambda: late.progress(campaign, 0, "running", 1, ""),
+        lambda: late.end_test(campaign, 0, TestState.DONE, ""),
+        lambda: late.add_run(campaign, a_run(campaign.id)),
+        lambda: late.end(campaign, CampaignState.DONE, ""),
+    ):
+        with pytest.raises(LeaseLost):
+            write()
+    late.release()
+    assert acquire(store, RIG, "worker 3", LEASE_S) is None
+    assert store.campaign(campaign.id) == before
+    assert store.runs(campaign.id) == ()
+
+
+def test_a_lease_that_ran_out_but_that_nobody_took_is_still_held(
+    store: Store, body: dict[str, Any], clock: Any
+) -> None:
+    campaign = store.create(NewCampaign(**body))
+    held = leased(store)
+    held.take_next()
+    clock.now_s += 10 * LEASE_S
+    held.end(campaign, CampaignState.DONE, "")
+    assert store.campaign(campaign.id).state is CampaignState.DONE
+
+
+def test_a_campaign_whose_worker_died_is_closed_as_failed_by_the_next_worker(
+    store: Store, body: dict[str, Any], clock: Any
+) -> None:
+    campaign = store.create(NewCampaign(**body))
+    dead = leased(store)
+    dead.take_next()
+    dead.progress(campaign, 0, "running", 100, "")
+    clock.now_s += LEASE_S + 1
+    closed = leased(store, "worker 2").close_left_open()
+    assert [c.id for c in closed] == [campaign.id]
+    assert closed[0].state is CampaignState.FAILED
+    assert "no sign of life" in closed[0].reason
+    assert [test.state for test in closed[0].tests] == [TestState.FAILED, TestState.SKIPPED]
+    assert leased_again_closes_nothing(store, clock)
+
+
+def leased_again_closes_nothing(store: Store, clock: Any) -> bool:
+    clock.now_s += LEASE_S + 1
+    return leased(store, "worker 3").close_left_open() == ()
+
+
+def test_an_abort_ends_a_waiting_campaign_at_once_and_can_be_repeated(store: Store, body: dict[str, Any]) -> None:
+    campaign = store.create(NewCampaign(**body))
+    for _ in range(2):
+        aborted = store.abort(campaign.id, "wrong specimen")
+        assert (aborted.state, aborted.reason) == (CampaignState.ABORTED, "wrong specimen")
+    assert {test.state for test in aborted.tests} == {TestState.SKIPPED}
+    assert leased(store).take_next() is None
+
+
+def test_an_abort_of_a_running_campaign_reaches_its_worker(store: Store, body: dict[str, Any]) -> None:
+    campaign = store.create(NewCampaign(**body))
+    held = leased(store)
+    held.take_next()
+    assert held.sign_of_life(campaign) is None
+    for reason in ("first", "second"):
+        assert store.abort(campaign.id, reason).state is CampaignState.RUNNING
+    assert held.sign_of_life(campaign) == "first"
+
+
+@pytest.mark.parametrize("state", [CampaignState.DONE, CampaignState.FAILED])
+def test_an_ended_campaign_cannot_be_aborted(store: Store, body: dict[str, Any], state: CampaignState) -> None:
+    campaign = store.create(NewCampaign(**body))
+    held = leased(store)
+    held.take_next()
+    held.end(campaign, state, "")
+    with pytest.raises(Conflict, match=str(state)):
+        store.abort(campaign.id, "too late")
+
+
+def test_runs_are_found_by_campaign_and_by_name(store: Store, body: dict[str, Any]) -> None:
+    campaign = store.create(NewCampaign(**body))
+    leased(store).add_run(campaign, a_run(campaign.id))
+    assert store.runs(campaign.id) == (a_run(campaign.id),)
+    assert store.run(campaign.id, "r1") == a_run(campaign.id)
+    with pytest.raises(NotFound, match="r2"):
+        store.run(campaign.id, "r2")
+
+
+def test_what_does_not_exist_is_not_found(store: Store) -> None:
+    for look in (store.campaign, store.runs, store.events, lambda name: store.abort(name, "")):
+        with pytest.raises(NotFound, match="nobody"):
+            look("nobody")
+
+
+def test_rigs_tell_who_drives_them_and_what_waits(store: Store, body: dict[str, Any], clock: Any) -> None:
+    first = store.create(NewCampaign(**body))
+    store.create(NewCampaign(**body))
+    assert store.rigs_with_work() == (RIG,)
+    leased(store).take_next()
+    [rig] = store.rigs()
+    assert (rig.url, rig.worker, rig.running, rig.accepted) == (RIG, "worker 1", first.id, 1)
+    clock.now_s += LEASE_S + 1
+    assert store.rigs()[0].worker == ""
+
+
+def test_the_list_is_newest_first_in_pages_and_by_state(store: Store, body: dict[str, Any]) -> None:
+    made = [store.create(NewCampaign(**body)) for _ in range(5)]
+    store.abort(made[2].id, "")
+    page = store.campaigns(limit=2)
+    assert [c.id for c in page] == [made[4].id, made[3].id]
+    assert [c.id for c in store.campaigns(limit=2, before=page[-1].number)] == [made[2].id, made[1].id]
+    assert [c.id for c in store.campaigns(state=CampaignState.ABORTED)] == [made[2].id]
+
+
+STEPS = st.lists(st.sampled_from(["create", "take", "test", "abort", "end", "die"]), max_size=12)
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(steps=STEPS)
+def test_whatever_happens_every_campaign_tells_one_true_story(
+    store: Store, body: dict[str, Any], clock: Any, steps: list[str]
+) -> None:
+    """Ended campaigns stay as they ended; no more than one runs; none is lost."""
+    clock.now_s += 2 * LEASE_S
+    held, running = leased(store), None
+    held.close_left_open()
+    made = {c.id for c in store.campaigns(limit=200)}
+    ended = {c.id: c for c in store.campaigns(limit=200) if c.ended_at_s is not None}
+    for step in steps:
+        match step:
+            case "create":
+                made.add(store.create(NewCampaign(**body)).id)
+            case "take" if running is None:
+                running = held.take_next()
+            case "test" if running is not None:
+                held.end_test(running, 0, TestState.DONE, "")
+            case "abort" if running is not None:
+                store.abort(running.id, "asked")
+            case "end" if running is not None:
+                reason = held.sign_of_life(running)
+                held.end(running, CampaignState.ABORTED if reason else CampaignState.DONE, reason or "")
+                running = None
+            case "die":
+                clock.now_s += 2 * LEASE_S
+                held, running = leased(store, "next"), None
+                held.close_left_open()
+        now = {c.id: c for c in store.campaigns(limit=200)}
+        assert set(now) == made
+        assert sum(c.state is CampaignState.RUNNING for c in now.values()) == (running is not None)
+        assert all(now[key] == campaign for key, campaign in ended.items())
+        ended = {c.id: c for c in now.values() if c.ended_at_s is not None}

@@ -1,0 +1,51 @@
+"""What a test may need beyond Python: named when it is missing, and never missing in silence where all is due."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from uuid import uuid4
+
+import pytest
+
+REQUIRE_ALL = "DAMPER_RIG_REQUIRE_ALL"
+POSTGRESQL = "DAMPER_RIG_TEST_POSTGRESQL"
+
+
+def missing(what: str) -> None:
+    """Skip, saying what is missing; where everything is due (in CI) that is a failure."""
+    if os.environ.get(REQUIRE_ALL):
+        pytest.fail(f"{what}; {REQUIRE_ALL} is set, so this must run")
+    pytest.skip(what)
+
+
+@pytest.fixture
+def postgresql_url() -> Iterator[str]:
+    """An empty database of its own on the server that the environment names."""
+    from sqlalchemy import create_engine, make_url, text
+
+    server = os.environ.get(POSTGRESQL)
+    if not server:
+        missing(
+            f"no PostgreSQL: set {POSTGRESQL} to the address of a server on which databases may be made, "
+            "for example postgresql+psycopg://postgres@127.0.0.1:5432/postgres"
+        )
+    name = f"damper_rig_test_{uuid4().hex[:12]}"
+    engine = create_engine(str(server), isolation_level="AUTOCOMMIT", connect_args={"connect_timeout": 5})
+    with engine.connect() as connection:
+        connection.execute(text(f"CREATE DATABASE {name}"))
+    yield make_url(str(server)).set(database=name).render_as_string(hide_password=False)
+    with engine.connect() as connection:
+        connection.execute(text(f"DROP DATABASE {name} WITH (FORCE)"))
+    engine.dispose()
+
+
+@pytest.fixture
+def chromium() -> Path:
+    """The browser that the page is looked at with."""
+    found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if found is None:
+        missing("no browser: put Chromium on the PATH")
+    return Path(str(found))
