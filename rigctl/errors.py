@@ -5,7 +5,8 @@ RigError
 ├── IdentityError        the device is not a rig that this program can drive
 ├── LimitError           a test would leave the limits of the rig or of the host
 ├── TransportError       the wire failed: the rig's state is unknown until it is read again
-│   └── TransportTimeout no answer before the deadline
+│   ├── TransportTimeout no answer before the deadline
+│   └── RequestDenied    the rig understood and refused; asking again changes nothing
 ├── RigFault             the rig stopped on its own and says why
 ├── GateError            a temperature gate or another condition was not met before its deadline
 ├── StopFailed           the stop was not acknowledged: the rig may still be powered
@@ -14,9 +15,13 @@ RigError
 
 from __future__ import annotations
 
+from pathlib import Path
+
 
 class RigError(Exception):
-    """Everything rigctl raises on purpose."""
+    """Everything rigctl raises on purpose; `run_path` is the run file that was closed on the way, if any."""
+
+    run_path: Path | None = None
 
 
 class UrlError(RigError, ValueError):
@@ -37,6 +42,10 @@ class TransportError(RigError):
 
 class TransportTimeout(TransportError, TimeoutError):
     """No answer before the deadline."""
+
+
+class RequestDenied(TransportError):
+    """The rig understood the request and refused it; asking again changes nothing."""
 
 
 class RigFault(RigError):

@@ -90,9 +90,7 @@ class Run:
     status: str
     channels: Mapping[str, NDArray[np.float64]]
     units: Mapping[str, str]
-    design: Mapping[str, Any] | None = (
-        None  # any JSON object: the configuration that makes the excitation again
-    )
+    design: Mapping[str, Any] | None = None  # any JSON object: the configuration that makes the excitation again
     events: tuple[tuple[float, str], ...] = ()  # (seconds from sample 0, text)
     test_id: str = ""
     campaign_id: str = ""
@@ -121,9 +119,7 @@ def _check_header(run: Run) -> None:
     if run.period_samples < 0:
         raise RunFileError(f"period_samples is {run.period_samples}: it must be 0 (not periodic) or more")
     if run.excitation_kind not in KINDS:
-        raise RunFileError(
-            f"excitation_kind is {run.excitation_kind!r}: it must be one of {', '.join(KINDS)}"
-        )
+        raise RunFileError(f"excitation_kind is {run.excitation_kind!r}: it must be one of {', '.join(KINDS)}")
     if run.status not in STATUSES:
         raise RunFileError(f"status is {run.status!r}: it must be one of {', '.join(STATUSES)}")
     if not run.channels:
@@ -131,9 +127,7 @@ def _check_header(run: Run) -> None:
     try:
         datetime.fromisoformat(run.created)
     except ValueError as error:
-        raise RunFileError(
-            f"created is {run.created!r}: it must be a date and time in ISO 8601, UTC"
-        ) from error
+        raise RunFileError(f"created is {run.created!r}: it must be a date and time in ISO 8601, UTC") from error
 
 
 def _check_channel(name: str, values: NDArray[np.float64], length: int, unit: str | None) -> None:
@@ -141,18 +135,12 @@ def _check_channel(name: str, values: NDArray[np.float64], length: int, unit: st
     if unit is None:
         raise RunFileError(f"channel {name}: unit is missing, it must be {' or '.join(allowed)}")
     if unit not in allowed:
-        raise RunFileError(
-            f"channel {name}: unit {unit!r} is unknown here, it must be {' or '.join(allowed)}"
-        )
+        raise RunFileError(f"channel {name}: unit {unit!r} is unknown here, it must be {' or '.join(allowed)}")
     if values.ndim != 1 or values.dtype != np.float64:
-        raise RunFileError(
-            f"channel {name}: shape {values.shape} of {values.dtype}, it must be a row of float64"
-        )
+        raise RunFileError(f"channel {name}: shape {values.shape} of {values.dtype}, it must be a row of float64")
     if values.size != length:
         first = min(values.size, length)
-        raise RunFileError(
-            f"channel {name}: {values.size} samples where {length} are due, first bad sample {first}"
-        )
+        raise RunFileError(f"channel {name}: {values.size} samples where {length} are due, first bad sample {first}")
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
         raise RunFileError(
@@ -198,15 +186,12 @@ def _read_open(file: h5py.File, path: Path) -> Run:
         if values.size != samples:
             first = min(values.size, samples)
             raise RunFileError(
-                f"channel {name}: {values.size} samples, attribute samples is {samples}: "
-                f"first bad sample {first}"
+                f"channel {name}: {values.size} samples, attribute samples is {samples}: first bad sample {first}"
             )
     return run_from_attributes(file, channels, path)
 
 
-def run_from_attributes(
-    file: h5py.File, channels: Mapping[str, NDArray[np.float64]], path: Path | None
-) -> Run:
+def run_from_attributes(file: h5py.File, channels: Mapping[str, NDArray[np.float64]], path: Path | None) -> Run:
     """Make the Run of an open file out of its attributes and of channels that were read from it."""
     return Run(
         run_id=_text(file, "run_id"),
@@ -235,9 +220,7 @@ def _check_format(file: h5py.File) -> None:
         raise RunFileError(f"attribute format is {found!r}: a run file says {FORMAT!r}")
     version = _integer(file, "format_version")
     if not 1 <= version <= FORMAT_VERSION:
-        raise RunFileError(
-            f"format_version is {version}: this program reads version {FORMAT_VERSION}; use a later one"
-        )
+        raise RunFileError(f"format_version is {version}: this program reads version {FORMAT_VERSION}; use a later one")
 
 
 def read_channel(group: h5py.Group, name: str) -> NDArray[np.float64]:
@@ -341,9 +324,7 @@ def write_run(path: str | os.PathLike[str], run: Run) -> None:
             write_unit(file.create_dataset(f"channels/{name}", data=values), run.units[name])
         times = np.array([time for time, _ in run.events], dtype=np.float64)
         file.create_dataset("events/time", data=times).attrs["unit"] = "s"
-        file.create_dataset(
-            "events/text", data=[encode_event(text) for _, text in run.events], dtype=f"S{EVENT_BYTES}"
-        )
+        file.create_dataset("events/text", data=[encode_event(text) for _, text in run.events], dtype=f"S{EVENT_BYTES}")
 
 
 def encode_event(text: str) -> bytes:

@@ -84,7 +84,7 @@ class RunWriter:
         self.flush()
 
     def append(self, block: Mapping[str, NDArray[np.float64]]) -> None:
-        """Add one block: every channel of the template, equal lengths, finite; else RunFileError, no change."""
+        """Add one block: every channel of the template, equal lengths, finite; else RunFileError."""
         length = _block_length(self.path, block, tuple(self._channels), self.samples)
         self._pending.append(block)
         self._pending_samples += length
@@ -131,9 +131,7 @@ class RunWriter:
             end = self.samples
             for name, dataset in self._channels.items():
                 dataset.resize((end,))
-                dataset[end - self._pending_samples :] = np.concatenate(
-                    [block[name] for block in self._pending]
-                )
+                dataset[end - self._pending_samples :] = np.concatenate([block[name] for block in self._pending])
             self._pending, self._pending_samples = [], 0
 
     def __enter__(self) -> RunWriter:
@@ -157,9 +155,7 @@ def _lay_out(file: h5py.File, template: Run) -> dict[str, h5py.Dataset]:
     return channels
 
 
-def _block_length(
-    path: Path, block: Mapping[str, NDArray[np.float64]], names: tuple[str, ...], start: int
-) -> int:
+def _block_length(path: Path, block: Mapping[str, NDArray[np.float64]], names: tuple[str, ...], start: int) -> int:
     if set(block) != set(names):
         raise RunFileError(f"{path}: block has channels {sorted(block)}, the file has {sorted(names)}")
     lengths = {values.shape for values in block.values()}
@@ -168,7 +164,5 @@ def _block_length(
     for name, values in block.items():
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
-            raise RunFileError(
-                f"{path}: channel {name}: sample {start + bad[0]} is {values[bad[0]]}, not finite"
-            )
+            raise RunFileError(f"{path}: channel {name}: sample {start + bad[0]} is {values[bad[0]]}, not finite")
     return int(next(iter(block.values())).size)

@@ -1,0 +1,197 @@
+"""Commands to one rig with their deadlines: enable, travel, activate, and above all make safe."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable
+from typing import TypeVar
+
+from rigctl.clock import Clock
+from rigctl.device import Control, RigState, describe
+from rigctl.errors import GateError, RequestDenied, RigFault, StopFailed, TransportError, TransportTimeout
+from rigctl.limits import Configuration
+from rigctl.stream import Stream
+from rigctl.transport import Identity, Reply, SetpointBlock, Status, Transport
+
+_T = TypeVar("_T")
+
+CALL_S = 0.5
+EXCHANGE_S = 0.25
+STATE_S = 5.0
+CONNECT_S = 2.0
+STOP_S = 3.0
+POLL_S = 0.01
+
+
+class Axis:
+    """One rig under command. Every wait ends: by the rig's answer or by a deadline."""
+
+    def __init__(self, transport: Transport, clock: Clock, *, stall_s: float) -> None:
+        self._transport, self._clock, self._stall_s = transport, clock, stall_s
+        self.run_id = secrets.randbelow(0xFFFF) + 1  # never the one of the run before, which may still be in flight
+
+    def identify(self) -> Identity:
+        return self._insist(lambda: self._transport.identify(CALL_S), CONNECT_S)
+
+    def prepare(self, configuration: Configuration) -> None:
+        """Clear a latched fault, disable, and give the rig its configuration."""
+        status = self._command(Control.DISABLE)
+        if status.faults:
+            self._reset()
+        self.await_state(RigState.DISABLED)
+        self._insist(lambda: self._transport.configure(configuration, CALL_S), STATE_S)
+
+    def _command(self, control: Control) -> Status:
+        return self._insist(lambda: self._transport.command(control, self.run_id, CALL_S), STATE_S)
+
+    def _reset(self) -> None:
+        self._command(Control.DISABLE | Control.RESET)  # the bit's rising edge counts
+        status = self._command(Control.DISABLE)
+        if status.faults:
+            raise RigFault(f"the rig's fault stays after a reset: {describe(status.faults)}")
+
+    def enable(self, displacement_m: float, current_a: float) -> None:
+        """Close the loop and travel to where the waveform begins."""
+        self._command(Control.HOLD)
+        self.await_state(RigState.HOLD)
+        self._insist(lambda: self._transport.direct(displacement_m, current_a, CALL_S), STATE_S)
+        self._poll(lambda s: s.arrived, "travel to the start of the waveform")
+
+    def activate(self) -> None:
+        """Let the rig play its FIFO."""
+        self._command(Control.ACTIVATE)
+
+    def exchange(self, block: SetpointBlock | None, stream: Stream, patience_s: float) -> Reply:
+        """Exchange one block; a lost answer is asked for again, from what the rig is known to have."""
+        ends = self._clock.now() + patience_s
+        while True:
+            try:
+                return self._transport.exchange(block, stream.plan.run_id, stream.captured, EXCHANGE_S)
+            except TransportError:
+                if self._clock.now() >= ends:
+                    raise
+                stream.rewind()
+                block = stream.next_block()
+                self._clock.sleep(POLL_S)
+
+    def await_state(self, *states: RigState) -> Status:
+        """Wait until the rig is in one of the states; RigFault as soon as it reports another fault."""
+        return self._poll(lambda s: s.state in states, f"state {' or '.join(s.name for s in states)}")
+
+    def dwell(self, seconds: float, sample_rate_hz: float, tell: Callable[[str], None]) -> None:
+        """Rest for so long on the rig's own clock."""
+        if seconds > 0:
+            target = self.status().sample_index + round(seconds * sample_rate_hz)
+            self._watch(lambda s: s.sample_index >= target, lambda s: f"dwell of {seconds:g} s", tell)
+
+    def await_temperature(
+        self,
+        low_degc: float | None,
+        high_degc: float | None,
+        sample_rate_hz: float,
+        gate_s: float,
+        tell: Callable[[str], None],
+    ) -> None:
+        """Wait until the damper has cooled into its gate; GateError where waiting cannot help."""
+        if low_degc is None and high_degc is None:
+            return
+        status = self.status()
+        ends = status.sample_index + round(gate_s * sample_rate_hz)
+
+        def passed(s: Status) -> bool:
+            if low_degc is not None and s.temperature_degc < low_degc:
+                raise GateError(
+                    f"the damper is at {s.temperature_degc:.1f} °C, "
+                    f"the test starts at {low_degc:g} °C or above: play a warm-up first"
+                )
+            if high_degc is None or s.temperature_degc <= high_degc:
+                return True
+            if s.sample_index >= ends:
+                raise GateError(
+                    f"the damper is at {s.temperature_degc:.1f} °C after {gate_s:g} s of waiting, "
+                    f"the test starts at {high_degc:g} °C or below"
+                )
+            return False
+
+        self._watch(passed, lambda s: f"cooling, {s.temperature_degc:.1f} °C", tell)
+
+    def status(self) -> Status:
+        return self._insist(lambda: self._transport.status(CALL_S), STATE_S)
+
+    def make_safe(self) -> None:
+        """Stop within the rig's own limits, then disable; the rig is safe when this returns.
+
+        Raises
+        ------
+        StopFailed
+            When no answer confirms it: the rig may still be powered, until its watchdog stops it.
+        """
+        ends = self._clock.now() + STOP_S
+        last: Exception | None = None
+        while self._clock.now() < ends:
+            try:
+                if self._stopped_and_disabled():
+                    return
+            except TransportError as error:
+                last = error
+            self._clock.sleep(POLL_S)
+        raise StopFailed(
+            f"{self._transport.url}: the stop was not acknowledged within {STOP_S:g} s, "
+            f"the rig may still be powered ({last or 'it keeps moving'})"
+        ) from last
+
+    def _stopped_and_disabled(self) -> bool:
+        state = self._transport.status(CALL_S).state
+        if state in (RigState.INIT, RigState.DISABLED, RigState.FAULT_DISABLED):
+            return True
+        want = Control.HOLD if state.moving else Control.DISABLE
+        state = self._transport.command(want, self.run_id, CALL_S).state
+        return state in (RigState.DISABLED, RigState.FAULT_DISABLED)
+
+    def _insist(self, call: Callable[[], _T], patience_s: float) -> _T:
+        """Repeat a call that may be repeated until it succeeds or patience ends."""
+        ends = self._clock.now() + patience_s
+        while True:
+            try:
+                return call()
+            except RequestDenied:
+                raise
+            except TransportError:
+                if self._clock.now() >= ends:
+                    raise
+                self._clock.sleep(POLL_S)
+
+    def _poll(self, reached: Callable[[Status], bool], what: str) -> Status:
+        ends = self._clock.now() + 2 * STATE_S
+        while True:
+            status = self.status()
+            if status.faults:
+                raise RigFault(f"the rig refuses {what}: {describe(status.faults)}")
+            if reached(status):
+                return status
+            if self._clock.now() >= ends:
+                raise TransportTimeout(
+                    f"{self._transport.url}: {what} not reached within {2 * STATE_S:g} s, "
+                    f"the rig is in {status.state.name}"
+                )
+            self._clock.sleep(POLL_S)
+
+    def _watch(
+        self,
+        reached: Callable[[Status], bool],
+        describe_wait: Callable[[Status], str],
+        tell: Callable[[str], None],
+    ) -> None:
+        """Wait on the rig's clock: no limit but that this clock must go on."""
+        status = self.status()
+        moved_at = self._clock.now()
+        while not reached(status):
+            tell(describe_wait(status))
+            self._clock.sleep(POLL_S)
+            index, status = status.sample_index, self.status()
+            if status.faults:
+                raise RigFault(f"the rig stopped: {describe(status.faults)}")
+            if status.sample_index != index:
+                moved_at = self._clock.now()
+            elif self._clock.now() - moved_at > self._stall_s:
+                raise TransportTimeout(f"{self._transport.url}: the rig's clock stands still")

@@ -1,0 +1,90 @@
+"""What a rig is in and what went wrong with it: the states, control and fault words of CiA 408."""
+
+from __future__ import annotations
+
+from enum import Enum, IntFlag
+
+
+class RigState(Enum):
+    """State of the device; the value is the status word's bits D, H, M, R (R: ready, no fault)."""
+
+    INIT = 0b1000
+    DISABLED = 0b1001
+    HOLD = 0b1011
+    ACTIVE = 0b1111
+    FAULT_DISABLED = 0b0001
+    FAULT_HOLD = 0b0011
+    FAULT_REACTION = 0b0111
+
+    @property
+    def moving(self) -> bool:
+        """The actuator may be following a trajectory."""
+        return self in (RigState.ACTIVE, RigState.FAULT_REACTION)
+
+    @property
+    def faulted(self) -> bool:
+        """A fault is latched: it takes a reset to leave."""
+        return self in (RigState.FAULT_DISABLED, RigState.FAULT_HOLD, RigState.FAULT_REACTION)
+
+
+SAFE_STATES = frozenset({RigState.INIT, RigState.DISABLED, RigState.HOLD, RigState.FAULT_DISABLED, RigState.FAULT_HOLD})
+
+
+class Control(IntFlag):
+    """Bits of the control word."""
+
+    NOTHING = 0
+    D = 1
+    H = 2
+    M = 4
+    RESET = 8
+
+    DISABLE = D
+    HOLD = D | H
+    ACTIVATE = D | H | M
+
+
+class Fault(IntFlag):
+    """Bits of the fault word: why the rig stopped on its own."""
+
+    NONE = 0
+    UNDERFLOW = 1
+    HEARTBEAT = 2
+    POSITION_LIMIT = 4
+    VELOCITY_LIMIT = 8
+    POSITION_JUMP = 16
+    FORCE_LIMIT = 32
+    FOLLOWING_ERROR = 64
+    TEMPERATURE = 128
+    PRESSURE = 256
+    CAPTURE_OVERRUN = 512
+    EMERGENCY_STOP = 1024
+    CURRENT_LIMIT = 2048
+    SENSOR = 4096
+    SETPOINT = 8192
+
+
+HYDRAULIC = Fault.EMERGENCY_STOP | Fault.PRESSURE
+"""Interlocks that take the pressure away; every other one stops the program and keeps it."""
+
+FAULT_TEXT = {
+    Fault.UNDERFLOW: "the set-points ran out before the end of the stream",
+    Fault.HEARTBEAT: "the host's heartbeat was lost",
+    Fault.POSITION_LIMIT: "the position limit was reached",
+    Fault.VELOCITY_LIMIT: "the velocity limit was reached",
+    Fault.POSITION_JUMP: "a set-point jumped further than one sample allows",
+    Fault.FORCE_LIMIT: "the force limit was reached",
+    Fault.FOLLOWING_ERROR: "the actuator did not follow its set-point",
+    Fault.TEMPERATURE: "the damper is too hot",
+    Fault.PRESSURE: "the supply pressure failed",
+    Fault.CAPTURE_OVERRUN: "captured samples were not collected in time",
+    Fault.EMERGENCY_STOP: "the emergency stop was pressed",
+    Fault.CURRENT_LIMIT: "a current set-point lies outside its limits",
+    Fault.SENSOR: "a sensor is stuck, saturated or broken",
+    Fault.SETPOINT: "a set-point lies outside the position limits",
+}
+
+
+def describe(faults: Fault) -> str:
+    """Say in words what a fault word holds; empty where it holds nothing."""
+    return "; ".join(text for fault, text in FAULT_TEXT.items() if fault in faults)

@@ -1,0 +1,363 @@
+"""The register map, version 1: one table for both sides of the wire.
+
+32-bit values stand high word first. Input registers (FC04) report, holding registers (FC03/06/16/23) command.
+Every scaling comes from :mod:`rigctl.scaling`.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from typing import Final, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigctl import scaling
+from rigctl.limits import Configuration, Limits
+from rigctl.transport import CaptureBlock, SetpointBlock
+
+MAGIC: Final = 0x4452  # "DR"
+MAP_VERSION: Final = 1
+UNIT: Final = 1
+
+Value: TypeAlias = float | str
+Type: TypeAlias = Literal["u16", "i16", "u32", "i32", "text"]
+_WIDTH: Final[Mapping[str, int]] = {"u16": 1, "i16": 1, "u32": 2, "i32": 2}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Register:
+    """One value: where it stands and what a count of it is worth."""
+
+    name: str
+    address: int
+    type: Type = "u16"
+    scale: float = 1.0
+    words: int = 1
+
+    @property
+    def end(self) -> int:
+        return self.address + (self.words if self.type == "text" else _WIDTH[self.type])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Block:
+    """A range of registers that is read or written as one."""
+
+    address: int
+    count: int
+    registers: tuple[Register, ...]
+    writable: bool = False
+
+    def encode(self, values: Mapping[str, Value]) -> list[int]:
+        """Turn SI values into words; a value that the register cannot hold raises OverflowError."""
+        words = [0] * self.count
+        for register in self.registers:
+            offset = register.address - self.address
+            words[offset : register.end - self.address] = _encode(register, values[register.name])
+        return words
+
+    def decode(self, words: Sequence[int]) -> dict[str, Value]:
+        """Turn words into SI values."""
+        return {
+            register.name: _decode(register, words[register.address - self.address : register.end - self.address])
+            for register in self.registers
+        }
+
+
+def _encode(register: Register, value: Value) -> list[int]:
+    if register.type == "text":
+        raw = str(value).encode("ascii", "replace")[: 2 * register.words].ljust(2 * register.words, b"\0")
+        return [int.from_bytes(raw[i : i + 2]) for i in range(0, len(raw), 2)]
+    width = _WIDTH[register.type]
+    count = round(float(value) / register.scale)
+    whole = count.to_bytes(2 * width, signed=register.type.startswith("i"))
+    return [int.from_bytes(whole[i : i + 2]) for i in range(0, 2 * width, 2)]
+
+
+def _decode(register: Register, words: Sequence[int]) -> Value:
+    raw = b"".join(word.to_bytes(2) for word in words)
+    if register.type == "text":
+        return raw.rstrip(b"\0").decode("ascii", "replace")
+    count = int.from_bytes(raw, signed=register.type.startswith("i"))
+    return count if register.scale == 1.0 else count * register.scale
+
+
+def _limits(address: int) -> tuple[Register, ...]:
+    position, motion = scaling.DISPLACEMENT_M, scaling.VELOCITY_M_S
+    return (
+        Register(name="position_min_m", address=address, type="i32", scale=position),
+        Register(name="position_max_m", address=address + 2, type="i32", scale=position),
+        Register(name="velocity_m_s", address=address + 4, type="u32", scale=motion),
+        Register(name="acceleration_m_s2", address=address + 6, type="u32", scale=scaling.ACCELERATION_M_S2),
+        Register(name="force_n", address=address + 8, type="u32", scale=scaling.FORCE_N),
+        Register(name="current_min_a", address=address + 10, type="i16", scale=scaling.CURRENT_A),
+        Register(name="current_max_a", address=address + 11, type="i16", scale=scaling.CURRENT_A),
+        Register(name="temperature_max_degc", address=address + 12, type="i16", scale=scaling.TEMPERATURE_DEGC),
+        Register(name="following_error_m", address=address + 13, type="u32", scale=position),
+    )
+
+
+IDENTITY: Final = Block(
+    address=0x0000,
+    count=0x20,
+    registers=(
+        Register(name="magic", address=0x00),
+        Register(name="map_version", address=0x01),
+        Register(name="vendor", address=0x02, type="text", words=8),
+        Register(name="model", address=0x0A, type="text", words=8),
+        Register(name="serial", address=0x12, type="text", words=6),
+        Register(name="channel_count", address=0x18),
+        Register(name="sample_rate_min_hz", address=0x19, scale=scaling.SAMPLE_RATE_HZ),
+        Register(name="sample_rate_max_hz", address=0x1A, type="u32", scale=scaling.SAMPLE_RATE_HZ),
+        Register(name="fifo_samples", address=0x1C),
+        Register(name="capture_samples", address=0x1D),
+        Register(name="capabilities", address=0x1E),
+    ),
+)
+STATUS: Final = Block(
+    address=0x0020,
+    count=0x20,
+    registers=(
+        Register(name="state", address=0x20),
+        Register(name="faults", address=0x21),
+        Register(name="first_fault", address=0x22),
+        Register(name="run_id", address=0x23),
+        Register(name="arrived", address=0x24),
+        Register(name="heartbeat", address=0x25),
+        Register(name="command_acknowledged", address=0x26),
+    ),
+)
+COUNTERS: Final = Block(
+    address=0x0040,
+    count=0x20,
+    registers=(
+        Register(name="fifo_level", address=0x40),
+        Register(name="fifo_free", address=0x41),
+        Register(name="underruns", address=0x42),
+        Register(name="overruns", address=0x43),
+        Register(name="last_accepted", address=0x44),
+        Register(name="consumed", address=0x45, type="u32"),
+        Register(name="sample_index", address=0x47, type="u32"),
+        Register(name="capture_backlog", address=0x49),
+        Register(name="crc_errors", address=0x4A),
+        Register(name="duplicates", address=0x4B),
+        Register(name="gaps", address=0x4C),
+    ),
+)
+ACTUALS: Final = Block(
+    address=0x0060,
+    count=0x20,
+    registers=(
+        Register(name="force_n", address=0x60, type="i32", scale=scaling.FORCE_N),
+        Register(name="displacement_m", address=0x62, type="i32", scale=scaling.DISPLACEMENT_M),
+        Register(name="current_a", address=0x64, type="i32", scale=scaling.CURRENT_A),
+        Register(name="temperature_degc", address=0x66, type="i32", scale=scaling.TEMPERATURE_DEGC),
+        Register(name="pressure_pa", address=0x68, type="i32", scale=scaling.PRESSURE_PA),
+    ),
+)
+MACHINE_LIMITS: Final = Block(address=0x0080, count=0x20, registers=_limits(0x80))
+CONTROL: Final = Block(
+    address=0x0100,
+    count=0x0A,
+    writable=True,
+    registers=(
+        Register(name="control", address=0x100),
+        Register(name="run_id", address=0x101),
+        Register(name="heartbeat", address=0x102),
+        Register(name="command", address=0x103),  # changes with every command; the rig acknowledges it
+        Register(name="reset_key", address=0x104),
+        Register(name="mode", address=0x105),
+        Register(name="direct_displacement_m", address=0x106, type="i32", scale=scaling.DISPLACEMENT_M),
+        Register(name="direct_current_a", address=0x108, type="i32", scale=scaling.CURRENT_A),
+    ),
+)
+HEARTBEAT_ADDRESS: Final = 0x102
+RESET_KEY: Final = 0x5253
+MODE_PROGRAM: Final = 0
+MODE_DIRECT: Final = 1
+CONFIGURATION: Final = Block(
+    address=0x0120,
+    count=0x20,
+    writable=True,
+    registers=(
+        Register(name="sample_rate_hz", address=0x120, type="u32", scale=scaling.SAMPLE_RATE_HZ),
+        Register(name="prefill_samples", address=0x122),
+        Register(name="low_water_samples", address=0x123),
+        Register(name="high_water_samples", address=0x124),
+        Register(name="heartbeat_s", address=0x125, scale=scaling.TIME_S),
+        *_limits(0x128),
+    ),
+)
+INPUT_BLOCKS: Final = (IDENTITY, STATUS, COUNTERS, ACTUALS, MACHINE_LIMITS)
+
+
+def configuration_values(configuration: Configuration) -> dict[str, Value]:
+    """Flatten a configuration into the names of its registers."""
+    own = {f.name: getattr(configuration, f.name) for f in fields(configuration) if f.name != "limits"}
+    return {**own, **asdict(configuration.limits)}
+
+
+def configuration_from(values: dict[str, Value]) -> Configuration:
+    """Make a configuration of decoded registers; LimitError where it contradicts itself."""
+    numbers = {name: float(value) for name, value in values.items()}
+    counts = {name: int(numbers[name]) for name in ("prefill_samples", "low_water_samples", "high_water_samples")}
+    return Configuration(
+        sample_rate_hz=numbers["sample_rate_hz"],
+        heartbeat_s=numbers["heartbeat_s"],
+        limits=Limits(**{f.name: numbers[f.name] for f in fields(Limits)}),
+        **counts,
+    )
+
+
+BLOCK_SAMPLES: Final = 28
+CAPTURE_SAMPLES: Final = 11
+_SETPOINT = np.array(scaling.SETPOINT)
+_CAPTURE = np.array(scaling.CAPTURE)
+
+WRITE_HEADER: Final = Block(
+    address=0x0200,
+    count=9,
+    writable=True,
+    registers=(
+        Register(name="sequence", address=0x200),
+        Register(name="samples", address=0x201),
+        Register(name="captured", address=0x202, type="u32"),
+        Register(name="run_id", address=0x204),
+        Register(name="heartbeat", address=0x205),
+        Register(name="flags", address=0x206),
+        Register(name="crc", address=0x207, type="u32"),
+    ),
+)
+WRITE_COUNT: Final = WRITE_HEADER.count + 4 * BLOCK_SAMPLES
+END_OF_STREAM: Final = 1
+READ_HEADER: Final = Block(
+    address=0x0300,
+    count=12,
+    registers=(
+        Register(name="state", address=0x300),
+        Register(name="faults", address=0x301),
+        Register(name="last_accepted", address=0x302),
+        Register(name="fifo_free", address=0x303),
+        Register(name="consumed", address=0x304, type="u32"),
+        Register(name="first_index", address=0x306, type="u32"),
+        Register(name="samples", address=0x308),  # low byte the count, bit 15 set where the last block was refused
+        Register(name="run_id", address=0x309),
+        Register(name="crc", address=0x30A, type="u32"),
+    ),
+)
+REFUSED: Final = 0x8000
+READ_COUNT: Final = READ_HEADER.count + 10 * CAPTURE_SAMPLES
+
+
+def _to_words(values: NDArray[np.float64], lsb: NDArray[np.float64]) -> list[int]:
+    counts = np.rint(values / lsb)
+    if counts.size and np.max(np.abs(counts)) >= 2**31:
+        raise OverflowError("a sample does not fit 32 bits")
+    words: list[int] = counts.astype(">i4").reshape(-1).view(">u2").tolist()
+    return words
+
+
+def _from_words(words: Sequence[int], lsb: NDArray[np.float64]) -> NDArray[np.float64]:
+    counts = np.array(words, dtype=">u2").view(">i4").reshape(-1, lsb.size)
+    return counts * lsb
+
+
+def crc32(words: Sequence[int]) -> int:
+    """CRC-32 (zlib's) over words, high byte first."""
+    return zlib.crc32(np.array(words, dtype=">u2").tobytes())
+
+
+def _seal(block: Block, values: Mapping[str, Value], body: list[int]) -> list[int]:
+    head = block.encode({**values, "crc": 0})
+    head[-2:] = divmod(crc32(head + body), 1 << 16)
+    return head + body
+
+
+def sealed(block: Block, words: Sequence[int], words_per_sample: int) -> tuple[dict[str, Value], list[int]] | None:
+    """Open a window: header and samples, or None where the CRC or the count says that it is damaged."""
+    head = block.decode(words[: block.count])
+    count = int(head["samples"]) & 0xFF
+    body = list(words[block.count : block.count + count * words_per_sample])
+    if len(body) != count * words_per_sample:
+        return None
+    if crc32([*words[: block.count - 2], 0, 0, *body]) != head["crc"]:
+        return None
+    return head, body
+
+
+def encode_write(block: SetpointBlock | None, run_id: int, captured: int, heartbeat: int) -> list[int]:
+    """Words of the write window: one block of set-points (or none) and what was captured so far."""
+    samples = 0 if block is None else block.samples
+    body: list[int] = []
+    if block is not None:
+        body = _to_words(np.column_stack([block.displacement_m, block.current_a]), _SETPOINT)
+    values: dict[str, Value] = {
+        "sequence": 0 if block is None else block.sequence,
+        "samples": samples,
+        "captured": captured,
+        "run_id": run_id,
+        "heartbeat": heartbeat,
+        "flags": END_OF_STREAM if block is not None and block.end_of_stream else 0,
+    }
+    return _seal(WRITE_HEADER, values, body)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WriteWindow:
+    """What the rig finds in the write window."""
+
+    run_id: int
+    captured: int
+    heartbeat: int
+    block: SetpointBlock | None
+
+
+def decode_write(words: Sequence[int]) -> WriteWindow | None:
+    """Read the write window; None where it is damaged."""
+    opened = sealed(WRITE_HEADER, words, 4)
+    if opened is None:
+        return None
+    head, body = opened
+    block = None
+    if body:
+        values = _from_words(body, _SETPOINT)
+        block = SetpointBlock(
+            run_id=int(head["run_id"]),
+            sequence=int(head["sequence"]),
+            displacement_m=values[:, 0],
+            current_a=values[:, 1],
+            end_of_stream=bool(int(head["flags"]) & END_OF_STREAM),
+        )
+    return WriteWindow(
+        run_id=int(head["run_id"]),
+        captured=int(head["captured"]),
+        heartbeat=int(head["heartbeat"]),
+        block=block,
+    )
+
+
+def encode_read(head: Mapping[str, Value], capture: CaptureBlock, refused: bool) -> list[int]:
+    """Words of the read window: the rig's state, what it accepted, and captured samples."""
+    values: dict[str, Value] = {
+        **head,
+        "first_index": capture.first_index,
+        "samples": capture.samples | (REFUSED if refused else 0),
+        "run_id": capture.run_id,
+    }
+    words = _seal(READ_HEADER, values, _to_words(capture.values, _CAPTURE))
+    return words + [0] * (READ_COUNT - len(words))
+
+
+def decode_read(words: Sequence[int]) -> tuple[dict[str, Value], CaptureBlock, bool] | None:
+    """Read the read window: header, captured samples, last block refused or not; None where damaged."""
+    opened = sealed(READ_HEADER, words, 10)
+    if opened is None:
+        return None
+    head, body = opened
+    capture = CaptureBlock(
+        run_id=int(head["run_id"]), first_index=int(head["first_index"]), values=_from_words(body, _CAPTURE)
+    )
+    return head, capture, bool(int(head["samples"]) & REFUSED)

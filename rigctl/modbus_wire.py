@@ -1,0 +1,204 @@
+"""A rig over Modbus TCP: FC23 moves a block of set-points up and a block of captured samples down."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import fields
+from typing import Any
+
+from pymodbus import ModbusException
+from pymodbus.client import ModbusTcpClient
+from pymodbus.pdu import ModbusPDU
+
+from rigctl import modbus_map as table
+from rigctl.clock import Clock, SystemClock
+from rigctl.device import Control, Fault, RigState
+from rigctl.errors import IdentityError, RequestDenied, TransportError, TransportTimeout
+from rigctl.limits import Configuration, Limits
+from rigctl.transport import Capability, Identity, Reply, SetpointBlock, Status
+
+# A refusal of the rig itself, as opposed to a failure of the wire.
+ILLEGAL = {1: "illegal function", 2: "illegal address", 3: "illegal value", 4: "device failure", 6: "busy"}
+
+
+class ModbusTransport:
+    """One connection to one rig; a failed call drops it: a late answer is never taken for the next."""
+
+    block_samples = table.BLOCK_SAMPLES
+
+    def __init__(self, host: str, port: int, *, clock: Clock | None = None) -> None:
+        logging.getLogger("pymodbus").addHandler(logging.NullHandler())  # its errors arrive as exceptions
+        self.url = f"modbus://{host}:{port}"
+        self._clock = clock or SystemClock()
+        self._client = ModbusTcpClient(host, port=port, retries=0, timeout=1.0)
+        self._heartbeat = 0
+        self._command = 0
+
+    def identify(self, deadline_s: float) -> Identity:
+        ends = self._clock.now() + deadline_s
+        try:
+            head = self._read_block(table.IDENTITY, ends)
+        except RequestDenied as error:
+            raise IdentityError(f"{self.url}: a foreign device, not a damper rig ({error})") from error
+        _check_identity(self.url, head)
+        limits = self._read_block(table.MACHINE_LIMITS, ends)
+        return Identity(
+            map_version=int(head["map_version"]),
+            vendor=str(head["vendor"]),
+            model=str(head["model"]),
+            serial=str(head["serial"]),
+            channel_count=int(head["channel_count"]),
+            sample_rate_min_hz=float(head["sample_rate_min_hz"]),
+            sample_rate_max_hz=float(head["sample_rate_max_hz"]),
+            fifo_samples=int(head["fifo_samples"]),
+            capture_samples=int(head["capture_samples"]),
+            capabilities=Capability(int(head["capabilities"])),
+            limits=_limits(limits),
+        )
+
+    def configure(self, configuration: Configuration, deadline_s: float) -> None:
+        ends = self._clock.now() + deadline_s
+        block = table.CONFIGURATION
+        words = block.encode(table.configuration_values(configuration))
+        self._call(ends, lambda c: c.write_registers(block.address, words, device_id=table.UNIT))
+        kept = self._call(
+            ends, lambda c: c.read_holding_registers(block.address, count=block.count, device_id=table.UNIT)
+        )
+        if kept != words:
+            wrong = [name for name, value in block.decode(kept).items() if value != block.decode(words)[name]]
+            raise IdentityError(f"{self.url}: the rig did not keep its configuration: {', '.join(wrong)}")
+
+    def command(self, control: Control, run_id: int, deadline_s: float) -> Status:
+        return self._control(control, run_id, table.MODE_PROGRAM, 0.0, 0.0, deadline_s)
+
+    def direct(self, displacement_m: float, current_a: float, deadline_s: float) -> Status:
+        return self._control(Control.HOLD, 0, table.MODE_DIRECT, displacement_m, current_a, deadline_s)
+
+    def _control(
+        self,
+        control: Control,
+        run_id: int,
+        mode: int,
+        displacement_m: float,
+        current_a: float,
+        deadline_s: float,
+    ) -> Status:
+        ends = self._clock.now() + deadline_s
+        self._command = (self._command + 1) % 0x10000
+        words = table.CONTROL.encode(
+            {
+                "control": int(control),
+                "run_id": run_id,
+                "heartbeat": self._beat(),
+                "command": self._command,
+                "reset_key": table.RESET_KEY if Control.RESET in control else 0,
+                "mode": mode,
+                "direct_displacement_m": displacement_m,
+                "direct_current_a": current_a,
+            }
+        )
+        self._call(ends, lambda c: c.write_registers(table.CONTROL.address, words, device_id=table.UNIT))
+        while True:
+            status, acknowledged = self._read_status(ends)
+            if acknowledged == self._command:
+                return status
+
+    def status(self, deadline_s: float) -> Status:
+        ends = self._clock.now() + deadline_s
+        heartbeat = self._beat()
+        self._call(ends, lambda c: c.write_register(table.HEARTBEAT_ADDRESS, heartbeat, device_id=table.UNIT))
+        return self._read_status(ends)[0]
+
+    def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, deadline_s: float) -> Reply:
+        ends = self._clock.now() + deadline_s
+        words = table.encode_write(block, run_id, captured, self._beat())
+        answer = self._call(
+            ends,
+            lambda c: c.readwrite_registers(
+                read_address=table.READ_HEADER.address,
+                read_count=table.READ_COUNT,
+                write_address=table.WRITE_HEADER.address,
+                values=words,
+                device_id=table.UNIT,
+            ),
+        )
+        opened = table.decode_read(answer)
+        if opened is None:
+            raise TransportError(f"{self.url}: an answer arrived damaged (CRC)")
+        head, capture, refused = opened
+        return Reply(
+            state=RigState(int(head["state"])),
+            faults=Fault(int(head["faults"])),
+            last_accepted=int(head["last_accepted"]),
+            fifo_free=int(head["fifo_free"]),
+            consumed=int(head["consumed"]),
+            refused=refused,
+            capture=capture,
+        )
+
+    def close(self) -> None:
+        self._client.close()  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
+
+    def _beat(self) -> int:
+        self._heartbeat = (self._heartbeat + 1) % 0x10000
+        return self._heartbeat
+
+    def _read_block(self, block: table.Block, ends: float) -> dict[str, table.Value]:
+        return block.decode(
+            self._call(ends, lambda c: c.read_input_registers(block.address, count=block.count, device_id=table.UNIT))
+        )
+
+    def _read_status(self, ends: float) -> tuple[Status, int]:
+        first = table.STATUS.address
+        words = self._call(ends, lambda c: c.read_input_registers(first, count=0x60, device_id=table.UNIT))
+        values: dict[str, table.Value] = {}
+        for block in (table.STATUS, table.COUNTERS, table.ACTUALS):
+            start = block.address - first
+            values.update(block.decode(words[start : start + block.count]))
+        return _status(values), int(values["command_acknowledged"])
+
+    def _call(self, ends: float, request: Callable[[ModbusTcpClient], ModbusPDU]) -> list[int]:
+        """Make one transaction: the one place where pymodbus's two error channels become ours."""
+        remaining = ends - self._clock.now()
+        if remaining <= 0:
+            raise TransportTimeout(f"{self.url}: no time left before the deadline")
+        self._client.comm_params.timeout_connect = remaining
+        try:
+            answer = request(self._client)
+        except (ModbusException, OSError, ValueError) as error:
+            self.close()
+            late = self._clock.now() >= ends
+            reason = " ".join(str(error).split())
+            raise (TransportTimeout if late else TransportError)(f"{self.url}: {reason}") from error
+        if answer.isError():
+            code = int(getattr(answer, "exception_code", 0))
+            raise RequestDenied(f"{self.url}: the rig refused: {ILLEGAL.get(code, f'exception {code}')}")
+        return list(answer.registers)
+
+
+def _limits(values: dict[str, table.Value]) -> Limits:
+    return Limits(**{f.name: float(values[f.name]) for f in fields(Limits)})
+
+
+def _check_identity(url: str, head: dict[str, table.Value]) -> None:
+    if head["magic"] != table.MAGIC:
+        raise IdentityError(
+            f"{url}: a foreign device: magic is 0x{int(head['magic']):04X}, it must be 0x{table.MAGIC:04X}"
+        )
+    if head["map_version"] != table.MAP_VERSION:
+        raise IdentityError(
+            f"{url}: the rig speaks register map {head['map_version']}, this program {table.MAP_VERSION}"
+        )
+
+
+def _status(values: dict[str, Any]) -> Status:  # Any: a decoded register is a number or a text
+    special = ("state", "faults", "first_fault", "arrived")
+    plain = {f.name: values[f.name] for f in fields(Status) if f.name not in special}
+    return Status(
+        state=RigState(values["state"]),
+        faults=Fault(values["faults"]),
+        first_fault=Fault(values["first_fault"]),
+        arrived=bool(values["arrived"]),
+        **plain,
+    )

@@ -1,0 +1,32 @@
+"""What a person or a program can follow while a test is played."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from rigctl.transport import CaptureBlock
+
+
+class Phase(StrEnum):
+    """Where a test stands; the words are those of commercial controllers."""
+
+    CONNECTING = "connecting"
+    WAITING = "waiting"  # for the temperature gate, or dwelling
+    STARTING = "starting"
+    RUNNING = "running"
+    HOLD = "hold"
+    STOPPING = "stopping"
+    STOPPED = "stopped"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Progress:
+    """One report: how far the test is, and the latest captured samples where there are any."""
+
+    test: str
+    phase: Phase
+    samples: int
+    total_samples: int
+    text: str = ""
+    block: CaptureBlock | None = None

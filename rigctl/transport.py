@@ -1,0 +1,147 @@
+"""The seam to a rig: one Protocol, blocks of samples, SI units, a deadline on everything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntFlag
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigctl.device import Control, Fault, RigState
+from rigctl.limits import Configuration, Limits
+
+SEQUENCES = 1 << 16
+NO_SEQUENCE = SEQUENCES - 1  # what the rig reports before it has accepted the first block, number 0
+
+
+class Capability(IntFlag):
+    """What a rig can do beyond the least."""
+
+    NONE = 0
+    CURRENT = 1  # drives the current of a controllable damper
+    SIMULATED = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Identity:
+    """Who the rig is and what it can do."""
+
+    map_version: int
+    vendor: str
+    model: str
+    serial: str
+    channel_count: int
+    sample_rate_min_hz: float
+    sample_rate_max_hz: float
+    fifo_samples: int
+    capture_samples: int
+    capabilities: Capability
+    limits: Limits  # what the machine can do: a configuration may only be tighter
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Status:
+    """What the rig says of itself."""
+
+    state: RigState
+    faults: Fault
+    first_fault: Fault
+    run_id: int
+    heartbeat: int
+    fifo_level: int
+    last_accepted: int
+    consumed: int
+    sample_index: int  # of the rig's clock since it was switched on
+    capture_backlog: int
+    underruns: int
+    crc_errors: int
+    duplicates: int
+    gaps: int
+    arrived: bool  # at rest on the hold set-point
+    force_n: float
+    displacement_m: float
+    current_a: float
+    temperature_degc: float
+    pressure_pa: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetpointBlock:
+    """Consecutive set-points of one run."""
+
+    run_id: int
+    sequence: int  # modulo 65 536
+    displacement_m: NDArray[np.float64]  # (n,)
+    current_a: NDArray[np.float64]  # (n,)
+    end_of_stream: bool  # the last block of the run: running dry after it is a clean end
+
+    @property
+    def samples(self) -> int:
+        return int(self.displacement_m.size)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CaptureBlock:
+    """Consecutive captured samples of one run; sample k was measured when set-point k applied."""
+
+    run_id: int
+    first_index: int
+    values: NDArray[np.float64]  # (n, 5): force N, displacement m, current A, temperature degC, pressure Pa
+
+    @property
+    def samples(self) -> int:
+        return int(self.values.shape[0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reply:
+    """What one exchange brings back."""
+
+    state: RigState
+    faults: Fault
+    last_accepted: int
+    fifo_free: int
+    consumed: int
+    refused: bool  # the last block was refused: send again from last_accepted + 1
+    capture: CaptureBlock
+
+
+class Transport(Protocol):
+    """One wire to one rig. Every call ends by its deadline and raises nothing but TransportError.
+
+    Every call may be repeated after an error: the rig drops what it has had already.
+    """
+
+    @property
+    def url(self) -> str: ...
+
+    @property
+    def block_samples(self) -> int:
+        """Most set-points that one exchange carries."""
+        ...
+
+    def identify(self, deadline_s: float) -> Identity: ...
+
+    def configure(self, configuration: Configuration, deadline_s: float) -> None:
+        """Write the configuration and read it back; IdentityError where the rig keeps another one."""
+        ...
+
+    def command(self, control: Control, run_id: int, deadline_s: float) -> Status:
+        """Give a control word and wait until the rig has seen it; the state may follow later."""
+        ...
+
+    def direct(self, displacement_m: float, current_a: float, deadline_s: float) -> Status:
+        """Move the hold set-point; the rig travels there within its own limits, in HOLD only."""
+        ...
+
+    def status(self, deadline_s: float) -> Status: ...
+
+    def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, deadline_s: float) -> Reply:
+        """Send a block (or none), acknowledge captured samples below `captured`, fetch what follows."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the wire; safe to call twice."""
+        ...

@@ -1,0 +1,47 @@
+"""How fast the rig's samples go by: in real time, or as fast as the host feeds them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sim_rig.errors import SimRigError
+
+BURST_S = 0.25  # of wall time: what a clock that waited may catch up
+
+
+class Pace:
+    """Samples that are due at `speed` times real time.
+
+    At speed 1 the clock is a true one: it never waits, and a FIFO that runs dry is an underflow. At any
+    other speed it is an upper bound: the clock waits for the host, and between runs it advances only with the
+    host's polls, so that what is captured depends on the seed alone and not on the computer's load.
+    """
+
+    def __init__(self, speed: float, now: Callable[[], float]) -> None:
+        if not 0 < speed <= 1e6:
+            raise SimRigError(f"speed is {speed}: it must be positive, 1 is real time")
+        self._speed, self._now = speed, now
+        self._origin, self._taken, self._rate_hz = now(), 0, 1000.0
+
+    @property
+    def waits(self) -> bool:
+        """The clock waits for the host instead of running dry."""
+        return self._speed != 1.0
+
+    def restart(self, rate_hz: float) -> None:
+        """Begin to count at another sample rate."""
+        self._origin, self._taken, self._rate_hz = self._now(), 0, rate_hz
+
+    def due(self) -> int:
+        """Count the samples that may be played now."""
+        rate = self._rate_hz * self._speed
+        due = int((self._now() - self._origin) * rate) - self._taken
+        burst = max(int(BURST_S * rate), 1)
+        if self.waits and due > burst:  # it waited: what went by is not made up for
+            self._taken += due - burst
+            due = burst
+        return max(due, 0)
+
+    def take(self, samples: int) -> None:
+        """Note samples as played."""
+        self._taken += samples

@@ -1,0 +1,128 @@
+"""Actuator, specimen and sensors as one: set-points in, measured samples out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sim_rig import actuator, damper
+from sim_rig.actuator import Actuator
+from sim_rig.damper import Damper
+from sim_rig.sensors import Noise, read
+
+INNER_HZ: Final = 16e3
+SUPPLY_PA: Final = 21e6
+# Places in the small state of this kernel.
+COMMAND, SPEED, CELL, RISING_X, RISING_F, CURRENT = range(6)
+
+
+@njit(cache=True)
+def play(
+    machine: Actuator,
+    specimen: Damper,
+    axis: NDArray[np.float64],
+    body: NDArray[np.float64],
+    own: NDArray[np.float64],
+    setpoints: NDArray[np.float64],
+    rate_hz: float,
+    fine: int,
+    out: NDArray[np.float64],
+) -> None:
+    """Play set-points (n, 2); write force, displacement, current, temperature, pressure as true at each instant.
+
+    The controller takes a straight line from set-point to set-point. Force and displacement pass one and the same
+    anti-alias filter, a raised cosine of ±1 sample whose delay is compensated; current is held, so its
+    synchronous reading is its mean from this instant to the next. There is no skew between channels.
+    """
+    h = 1.0 / (rate_hz * fine)
+    scratch = np.zeros(damper.RINGS)
+    for k in range(setpoints.shape[0]):
+        target, current = setpoints[k, 0], setpoints[k, 1]
+        speed = (target - own[COMMAND]) * rate_hz
+        feed = speed + machine.lead_s * (speed - own[SPEED]) * rate_hz
+        falling_x = falling_f = rising_x = rising_f = mean_current = 0.0
+        for j in range(fine):
+            fall = 0.5 * (1.0 + math.cos(math.pi * j / fine)) / fine
+            falling_x += fall * axis[actuator.X]
+            falling_f += fall * own[CELL]
+            rising_x += (1.0 / fine - fall) * axis[actuator.X]
+            rising_f += (1.0 / fine - fall) * own[CELL]
+            command = own[COMMAND] + (target - own[COMMAND]) * (j + 1) / fine
+            actuator.step(machine, axis, command, feed, own[CELL], h)
+            own[CURRENT] += (current - own[CURRENT]) * (1.0 - math.exp(-h / 2e-4))
+            mean_current += own[CURRENT] / fine
+            own[CELL] = damper.step(
+                specimen, body, scratch, axis[actuator.X], axis[actuator.V], axis[actuator.A], own[CURRENT], h
+            )
+        out[k, 0] = own[RISING_F] + falling_f
+        out[k, 1] = own[RISING_X] + falling_x
+        out[k, 2] = mean_current
+        out[k, 3] = body[damper.BODY]
+        out[k, 4] = SUPPLY_PA * (1.0 - 0.1 * abs(axis[actuator.SPOOL]))
+        own[RISING_X], own[RISING_F] = rising_x, rising_f
+        own[COMMAND], own[SPEED] = target, speed
+
+
+@dataclass(slots=True)
+class _State:
+    axis: NDArray[np.float64]
+    body: NDArray[np.float64]
+    own: NDArray[np.float64]
+    random: np.random.PCG64
+
+    def copy(self) -> _State:
+        random = np.random.PCG64()
+        random.state = self.random.state
+        return _State(self.axis.copy(), self.body.copy(), self.own.copy(), random)
+
+
+class SimulatedPlant:
+    """One specimen in the rig. The noise of a run depends on the seed and the run's number, on nothing else."""
+
+    def __init__(
+        self, specimen: Damper, noise: Noise, *, seed: int, start_degc: float, machine: Actuator | None = None
+    ) -> None:
+        self._specimen, self._noise, self._seed = specimen, noise, seed
+        self._machine = machine or Actuator()
+        self._runs = 0
+        self.set_rate(1000.0)
+        body = np.zeros(damper.STATE)
+        body[damper.BODY], body[damper.SIGN], body[damper.TRAVEL] = start_degc, 1.0, 1.0
+        self._state = _State(np.zeros(actuator.STATE), body, np.zeros(6), np.random.PCG64([seed, 0]))
+
+    def set_rate(self, rate_hz: float) -> None:
+        """Sample at another rate; the fine step stays near 1/16 ms."""
+        self._rate_hz, self._fine = rate_hz, math.ceil(INNER_HZ / rate_hz)
+
+    def begin_run(self) -> None:
+        self._runs += 1
+        self._state.random = np.random.PCG64([self._seed, self._runs])
+        self._state.body[damper.TIME] = 0.0
+
+    def play(self, setpoints: NDArray[np.float64]) -> NDArray[np.float64]:
+        truth = np.empty((setpoints.shape[0], 5))
+        state = self._state
+        play(
+            self._machine,
+            self._specimen,
+            state.axis,
+            state.body,
+            state.own,
+            np.ascontiguousarray(setpoints),
+            self._rate_hz,
+            self._fine,
+            truth,
+        )
+        return read(truth, self._noise, np.random.Generator(state.random))
+
+    def snapshot(self) -> object:
+        return self._state.copy()
+
+    def restore(self, snapshot: object) -> None:
+        assert isinstance(snapshot, _State)
+        self._state = snapshot

@@ -1,0 +1,137 @@
+"""The rig as its wire sees it: requests in, answers out, and the watch on the host's heartbeat."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rigctl.device import Control, Fault, RigState
+from rigctl.limits import Configuration, Limits
+from rigctl.transport import Capability, Identity, Reply, SetpointBlock, Status
+from sim_rig.clock import Pace
+from sim_rig.controller import Controller, Plant
+from sim_rig.fifo import CAPTURE_SAMPLES, FIFO_SAMPLES
+
+POLL_SAMPLES = 100  # what a poll lets a waiting clock advance between runs
+MACHINE = Limits()
+POWERED = (RigState.HOLD, RigState.ACTIVE)
+
+
+class SimulatedRig:
+    """A controller with a clock and a watchdog; every wire and every test talks to it through these calls."""
+
+    def __init__(self, plant: Plant, *, speed: float, now: Callable[[], float], serial: str = "1") -> None:
+        self._now, self._pace = now, Pace(speed, now)
+        self.controller = Controller(plant, MACHINE, waits=self._pace.waits)
+        self._serial = serial
+        self._beat_value, self._beat_at = -1, now()
+        self.crc_errors = 0
+        self.heartbeat = 0
+
+    def identity(self) -> Identity:
+        return Identity(
+            map_version=1,
+            vendor="damper-rig",
+            model="sim_rig",
+            serial=self._serial,
+            channel_count=5,
+            sample_rate_min_hz=100.0,
+            sample_rate_max_hz=5000.0,
+            fifo_samples=FIFO_SAMPLES,
+            capture_samples=CAPTURE_SAMPLES,
+            capabilities=Capability.CURRENT | Capability.SIMULATED,
+            limits=MACHINE,
+        )
+
+    def configure(self, configuration: Configuration) -> None:
+        """Take a configuration; RequestRefused where the state or the machine does not allow it."""
+        self.controller.configure(configuration)
+        self._pace.restart(configuration.sample_rate_hz)
+
+    def command(self, control: Control, run_id: int, heartbeat: int) -> None:
+        self._beat(heartbeat)
+        before = self.controller.state
+        self.controller.command(control, run_id)
+        if before not in POWERED:
+            self._beat_at = self._now()  # supervision begins with the power
+
+    def direct(self, displacement_m: float, current_a: float, heartbeat: int) -> None:
+        self._beat(heartbeat)
+        self.controller.direct(displacement_m, current_a)
+
+    def poll(self, heartbeat: int) -> None:
+        """Take a sign of life; between runs a waiting clock advances by a fixed number of samples with it."""
+        self._beat(heartbeat)
+        if self._pace.waits and self.controller.state is not RigState.ACTIVE:
+            if self._pace.due() >= POLL_SAMPLES:
+                self._pace.take(self.controller.advance(POLL_SAMPLES))
+        else:
+            self.tick()
+
+    def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, heartbeat: int, most: int) -> Reply:
+        """Take a block, forget what the host has, go on, and give the next captured samples."""
+        controller = self.controller
+        self._beat(heartbeat)
+        refused = block is not None and not controller.accept(block)
+        controller.acknowledge(run_id, captured)
+        if controller.state is RigState.ACTIVE or not self._pace.waits:
+            self._go_on()
+        return self.reply(refused, most)
+
+    def reply(self, refused: bool, most: int) -> Reply:
+        """Give state and captured samples; asked again it answers the same."""
+        controller = self.controller
+        return Reply(
+            state=controller.state,
+            faults=controller.faults,
+            last_accepted=controller.fifo.last_accepted,
+            fifo_free=controller.fifo.free,
+            consumed=controller.fifo.consumed,
+            refused=refused,
+            capture=controller.fetch(most),
+        )
+
+    def status(self) -> Status:
+        controller = self.controller
+        force, displacement, current, temperature, pressure = (float(value) for value in controller.measured)
+        return Status(
+            state=controller.state,
+            faults=controller.faults,
+            first_fault=controller.first_fault,
+            run_id=controller.fifo.run_id,
+            heartbeat=self.heartbeat,
+            fifo_level=controller.fifo.level,
+            last_accepted=controller.fifo.last_accepted,
+            consumed=controller.fifo.consumed,
+            sample_index=controller.sample_index,
+            capture_backlog=controller.store.backlog,
+            underruns=controller.underruns,
+            crc_errors=self.crc_errors,
+            duplicates=controller.fifo.duplicates,
+            gaps=controller.fifo.gaps,
+            arrived=controller.arrived,
+            force_n=force,
+            displacement_m=displacement,
+            current_a=current,
+            temperature_degc=temperature,
+            pressure_pa=pressure,
+        )
+
+    def tick(self) -> None:
+        """Do what the clock and the watchdog ask for; a server calls this every few milliseconds."""
+        self.heartbeat = (self.heartbeat + 1) % 0x10000
+        controller = self.controller
+        silent = self._now() - self._beat_at
+        if controller.state in POWERED and silent > controller.configuration.heartbeat_s:
+            controller.fail(Fault.HEARTBEAT)
+        if not self._pace.waits or controller.state is RigState.FAULT_REACTION:
+            self._go_on()
+
+    def _go_on(self) -> None:
+        due = self._pace.due()
+        if self._pace.waits and self.controller.state is RigState.ACTIVE:
+            due = min(due, self.controller.fifo.level)  # never beyond the stream into the hold after it
+        self._pace.take(self.controller.advance(due))
+
+    def _beat(self, heartbeat: int) -> None:
+        if heartbeat != self._beat_value:
+            self._beat_value, self._beat_at = heartbeat, self._now()

@@ -1,0 +1,31 @@
+"""What the sensors say: noise, resolution and range; the anti-alias filter is part of the plant's kernel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+RANGE = np.array([50e3, 0.125, 3.0, 200.0, 35e6])  # ± full scale: N, m, A, degC, Pa
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noise:
+    """Standard deviations of white noise, channel by channel; a magnetostrictive sensor has about a micrometre."""
+
+    force_n: float
+    displacement_m: float = 1e-6
+    current_a: float = 5e-4
+    temperature_degc: float = 0.03
+    pressure_pa: float = 2e4
+
+    @property
+    def row(self) -> NDArray[np.float64]:
+        return np.array([self.force_n, self.displacement_m, self.current_a, self.temperature_degc, self.pressure_pa])
+
+
+def read(truth: NDArray[np.float64], noise: Noise, random: np.random.Generator) -> NDArray[np.float64]:
+    """Give what is measured for true values (n, 5): white noise added, clipped to the sensors' ranges."""
+    measured = truth + random.standard_normal(truth.shape) * noise.row
+    return np.clip(measured, -RANGE, RANGE)
