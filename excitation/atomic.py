@@ -23,8 +23,6 @@ def written_whole(path: Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(path)
     except OSError as error:
-        raise ExcitationFileError(
-            f"{path}: {error.strerror or error}: give a place that can be written"
-        ) from error
+        raise ExcitationFileError(f"{path}: {error.strerror or error}: give a place that can be written") from error
     finally:
         temporary.unlink(missing_ok=True)

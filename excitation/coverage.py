@@ -46,9 +46,7 @@ def coverage(variables: Sequence[NDArray[np.float64]], grid: Sequence[int]) -> C
     Raises DesignError where shapes do not fit or a variable is constant.
     """
     if len(variables) != len(grid) or not 1 <= len(grid) <= 3:
-        raise DesignError(
-            f"grid is {list(grid)}: it needs one number of cells for each of {len(variables)} variables"
-        )
+        raise DesignError(f"grid is {list(grid)}: it needs one number of cells for each of {len(variables)} variables")
     for cells in grid:
         within("grid", cells, 2, 100_000)
     index = np.zeros(variables[0].size, dtype=np.int64)
@@ -64,9 +62,7 @@ def coverage(variables: Sequence[NDArray[np.float64]], grid: Sequence[int]) -> C
 def _edges(values: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
     low, high = float(values.min()), float(values.max())
     if not low < high:
-        raise DesignError(
-            f"a variable is constant ({low:g}): a range cannot be covered without motion along it"
-        )
+        raise DesignError(f"a variable is constant ({low:g}): a range cannot be covered without motion along it")
     return np.linspace(low, high, cells + 1)
 
 

@@ -40,9 +40,7 @@ def design(command: str, config: Mapping[str, JSON]) -> Excitation | TestPlan:
     single = {key: value for key, value in config.items() if key not in ("levels", "realisations", "kind")}
     levels, realisations = config.get("levels", [single.get("level", 1.0)]), config.get("realisations", 1)
     if not isinstance(levels, list) or not levels:
-        raise DesignError(
-            f"levels is {levels!r}: give a list of shares of the full displacement, above 0, up to 1"
-        )
+        raise DesignError(f"levels is {levels!r}: give a list of shares of the full displacement, above 0, up to 1")
     if type(realisations) is not int or not 1 <= realisations <= 1000:
         raise DesignError(f"realisations is {realisations!r}: it must lie in 1 … 1000")
     if "levels" not in config and realisations == 1:

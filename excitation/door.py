@@ -83,9 +83,7 @@ def to_spec(kind: type[Spec], config: Mapping[str, JSON], where: str = "") -> Sp
     from pydantic import ValidationError
 
     if not isinstance(config, Mapping):
-        raise DesignError(
-            f"{where or 'configuration'} is {_shown(config)}: it must be a table of keys and values"
-        )
+        raise DesignError(f"{where or 'configuration'} is {_shown(config)}: it must be a table of keys and values")
     try:
         text = json.dumps(config)
     except (TypeError, ValueError) as error:
@@ -139,9 +137,7 @@ def _of_the_meant_branch(errors: Sequence[ErrorDetails]) -> ErrorDetails:
     """Of a union pydantic reports every branch: meant is the branch of the value's own shape with fewest
     errors.
     """
-    shaped = [e for e in errors if not isinstance(e["input"], _WRONG_BRANCH.get(e["type"], ()))] or list(
-        errors
-    )
+    shaped = [e for e in errors if not isinstance(e["input"], _WRONG_BRANCH.get(e["type"], ()))] or list(errors)
     counts = Counter(_branch(e) for e in shaped if _branch(e))
     best = min(counts, key=lambda branch: counts[branch], default="")
     meant = [e for e in shaped if _branch(e) in ("", best)]
@@ -163,11 +159,7 @@ def _is_branch(part: object) -> bool:
 def _known_keys(kind: type, path: Sequence[int | str]) -> str:
     for step in path:
         kind = _type_below(kind, step)
-    return (
-        ", ".join(key_of(f.name) for f in fields(kind))
-        if is_dataclass(kind)
-        else "those of the documentation"
-    )
+    return ", ".join(key_of(f.name) for f in fields(kind)) if is_dataclass(kind) else "those of the documentation"
 
 
 def _type_below(kind: type, step: int | str) -> type:

@@ -44,9 +44,7 @@ class Excess:
         return f"{self.quantity} {self.needs:.4g} {self.unit}, {side} {self.limit:.4g} {self.unit}{share}"
 
 
-def excesses(
-    excitation: Excitation, envelope: Envelope, force_model: ForceModel | None = None
-) -> tuple[Excess, ...]:
+def excesses(excitation: Excitation, envelope: Envelope, force_model: ForceModel | None = None) -> tuple[Excess, ...]:
     """Every limit that the excitation exceeds, the worst first."""
     found = [
         *_against(predict(excitation, envelope, force_model), envelope),
@@ -85,9 +83,7 @@ def _sample_rate(excitation: Excitation, rig: Envelope) -> Iterator[Excess]:
     known, rate = rig.control.sample_rates_hz, excitation.sample_rate_hz
     if known and rate not in known:
         nearest = min(known, key=lambda r: abs(r - rate))
-        yield Excess(
-            quantity="sample rate", needs=rate, limit=nearest, unit="Hz", below=rate < nearest, scales=False
-        )
+        yield Excess(quantity="sample rate", needs=rate, limit=nearest, unit="Hz", below=rate < nearest, scales=False)
 
 
 def check(test: Test, envelope: Envelope, force_model: ForceModel | None = None) -> Prediction:
@@ -109,9 +105,7 @@ def _advice(test: Test, envelope: Envelope, force_model: ForceModel | None) -> s
     except EnvelopeError:
         return "no smaller motion fits: change the frequency, the sample rate or the rig"
     before, after = test.excitation.design, fitted.excitation.design
-    changed = [
-        f"{key} = {_short(value)}" for key, value in _flat(after) if dict(_flat(before)).get(key) != value
-    ]
+    changed = [f"{key} = {_short(value)}" for key, value in _flat(after) if dict(_flat(before)).get(key) != value]
     slower = _slower(test, envelope, force_model)
     return f"nearest that fits: {', '.join(changed)}{slower}"
 
@@ -209,9 +203,7 @@ def _current_in_range(design: Mapping[str, JSON], envelope: Envelope) -> Mapping
     return design
 
 
-def check_plan(
-    plan: TestPlan, envelope: Envelope, force_model: ForceModel | None = None
-) -> tuple[Prediction, ...]:
+def check_plan(plan: TestPlan, envelope: Envelope, force_model: ForceModel | None = None) -> tuple[Prediction, ...]:
     """The prediction of each test, in order; raises EnvelopeError for the first test that exceeds the rig.
 
     The damper's temperature is followed through tests and dwells where the specimen's heat capacity is known.
@@ -227,9 +219,7 @@ def check_plan(
     return predictions
 
 
-def temperatures(
-    plan: TestPlan, predictions: tuple[Prediction, ...], envelope: Envelope
-) -> tuple[float, ...]:
+def temperatures(plan: TestPlan, predictions: tuple[Prediction, ...], envelope: Envelope) -> tuple[float, ...]:
     """Predicted damper temperature at the end of each test, °C; empty rise where the specimen is not known.
 
     T relaxes to ambient + P/h with the time constant C/h during a test of mean power P, to ambient during a

@@ -46,9 +46,7 @@ def read_excitation(path: Path | str) -> Excitation:
     except OSError as error:  # h5py: a damaged or foreign file is an OSError
         raise ExcitationFileError(f"{path}: cannot be read as {path.suffix}: {_first_line(error)}") from error
     except UnicodeDecodeError as error:
-        raise ExcitationFileError(
-            f"{path}: byte {error.start} is not UTF-8 text: save it as UTF-8"
-        ) from error
+        raise ExcitationFileError(f"{path}: byte {error.start} is not UTF-8 text: save it as UTF-8") from error
 
 
 def _by_ending(path: Path, known: Mapping[str, Handler]) -> Handler:

@@ -32,9 +32,7 @@ def _check_cycles(spec: SineSpec | TriangleSpec | StepsSpec) -> None:
     at_least("settling_cycles", spec.settling_cycles, 0)
     total = (spec.cycles + spec.settling_cycles) * spec.sample_rate_hz / spec.frequency_hz
     if total > _MOST_SAMPLES:
-        raise DesignError(
-            f"cycles is {spec.cycles}: with settling {total:.3g} samples; at most {_MOST_SAMPLES}"
-        )
+        raise DesignError(f"cycles is {spec.cycles}: with settling {total:.3g} samples; at most {_MOST_SAMPLES}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,9 +112,7 @@ class StepsSpec:
             )
         total = self.periods * self.cycles * self.sample_rate_hz / self.frequency_hz
         if total > _MOST_SAMPLES:
-            raise DesignError(
-                f"periods is {self.periods}: {total:.3g} samples in all; at most {_MOST_SAMPLES}"
-            )
+            raise DesignError(f"periods is {self.periods}: {total:.3g} samples in all; at most {_MOST_SAMPLES}")
 
 
 def sine(spec: SineSpec) -> Excitation:

@@ -76,9 +76,7 @@ def get_excitation(group: h5py.Group, where: str) -> Excitation:
     samples = int(_attribute(group, "samples", where))
     for name, values in (("displacement_command", displacement), ("current_command", current)):
         if values is not None and values.size != samples:
-            raise ExcitationFileError(
-                f"{where}: channel {name} has {values.size} samples: the file says {samples}"
-            )
+            raise ExcitationFileError(f"{where}: channel {name} has {values.size} samples: the file says {samples}")
     try:
         return Excitation(
             kind=Kind(_attribute(group, "excitation_kind", where)),
@@ -92,9 +90,7 @@ def get_excitation(group: h5py.Group, where: str) -> Excitation:
     except DesignError as error:
         raise ExcitationFileError(f"{where}: {error}") from error
     except ValueError as error:
-        raise ExcitationFileError(
-            f"{where}: excitation_kind: {error}: known are {', '.join(Kind)}"
-        ) from error
+        raise ExcitationFileError(f"{where}: excitation_kind: {error}: known are {', '.join(Kind)}") from error
 
 
 def _attribute(group: h5py.Group, name: str, where: str) -> Any:
@@ -111,9 +107,7 @@ def _json(group: h5py.Group, name: str, where: str) -> Mapping[str, JSON]:
     except (TypeError, ValueError) as error:
         raise ExcitationFileError(f"{where}: attribute {name} is not JSON: {error}") from error
     if not isinstance(value, dict):
-        raise ExcitationFileError(
-            f"{where}: attribute {name} is not a JSON object: the design is a table of keys"
-        )
+        raise ExcitationFileError(f"{where}: attribute {name} is not a JSON object: the design is a table of keys")
     return value
 
 
@@ -125,13 +119,9 @@ def _channel(group: h5py.Group, name: str, where: str) -> NDArray[np.float64]:
     if unit != _UNITS[name]:
         raise ExcitationFileError(f"{where}: channel {name} has unit {unit!r}: it must be {_UNITS[name]!r}")
     if data.ndim != 1 or not np.issubdtype(data.dtype, np.floating):
-        raise ExcitationFileError(
-            f"{where}: channel {name} is {data.dtype} {data.shape}: it must be a row of floats"
-        )
+        raise ExcitationFileError(f"{where}: channel {name} is {data.dtype} {data.shape}: it must be a row of floats")
     values = np.asarray(data[()], dtype=np.float64)
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
-        raise ExcitationFileError(
-            f"{where}: channel {name}, sample {bad[0]} is {values[bad[0]]}: it must be finite"
-        )
+        raise ExcitationFileError(f"{where}: channel {name}, sample {bad[0]} is {values[bad[0]]}: it must be finite")
     return values

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from excitation.checks import one_of
 from excitation.door import to_spec
 from excitation.errors import DesignError
 from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec, sine, steps, triangle
+from excitation.homogenise import homogenised
 from excitation.multisine import as_excitation, random_phase
-from excitation.multisine_spec import MultisineSpec
+from excitation.multisine_spec import HomogeniseSpec, MultisineSpec
 from excitation.signal import JSON, Excitation
 
 __all__ = ["KINDS", "excitation_from_config"]
@@ -41,7 +43,9 @@ def _make(kind: str, config: Mapping[str, JSON]) -> Excitation:
         case "steps":
             return steps(to_spec(StepsSpec, config))
         case "homogenised":
-            raise DesignError("kind 'homogenised' is not built yet")
+            spec = to_spec(MultisineSpec, config)
+            spec = replace(spec, homogenise=spec.homogenise or HomogeniseSpec())
+            return as_excitation(spec, homogenised(spec), "homogenised")
         case _:
             spec = to_spec(MultisineSpec, config)
             return as_excitation(spec, random_phase(spec), "multisine")

@@ -15,9 +15,7 @@ __all__ = ["Lines", "band_lines", "excited_lines"]
 Lines = Literal["all", "odd", "odd-random"]
 
 
-def band_lines(
-    f_min_hz: float, f_max_hz: float, sample_rate_hz: float, period_samples: int
-) -> NDArray[np.int64]:
+def band_lines(f_min_hz: float, f_max_hz: float, sample_rate_hz: float, period_samples: int) -> NDArray[np.int64]:
     """Every DFT line k with f_min ≤ k·fs/N ≤ f_max, without DC and the Nyquist line; (K,) int64.
 
     Raises DesignError where the band holds no line.
@@ -55,9 +53,7 @@ def excited_lines(
     odd = band[band % 2 == 1]
     excited = odd if lines == "odd" else np.delete(odd, _one_of_each_group(odd.size, group, seed))
     if excited.size == 0:
-        raise DesignError(
-            f"lines is {lines!r}: no line of the band is left; widen the band or raise period_samples"
-        )
+        raise DesignError(f"lines is {lines!r}: no line of the band is left; widen the band or raise period_samples")
     return excited, np.setdiff1d(band, excited)
 
 

@@ -28,9 +28,8 @@ __all__ = [
     "random_phase",
 ]
 
-_BELOW = (
-    1.0 - 1e-9
-)  # a limit is approached to this share, so that no rounding, here or in a reader, exceeds it
+# a limit is approached to this share, so that no rounding, here or in a reader, exceeds it
+_BELOW = 1.0 - 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,9 +121,7 @@ def _displacement_spectrum(asked: DisplacementSpec, frequency_hz: NDArray[np.flo
             return table(frequency_hz, known.frequency_hz, known.amplitude)
         case RecordSpectrum() as known:
             if not known.frequency_hz:
-                raise DesignError(
-                    f"spectrum.record {known.record!r} has not been read: read it before the design"
-                )
+                raise DesignError(f"spectrum.record {known.record!r} has not been read: read it before the design")
             return table(frequency_hz, known.frequency_hz, known.amplitude)
         case "quarter-car":
             return quarter_car(frequency_hz, asked.quarter_car, asked.road)

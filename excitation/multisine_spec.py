@@ -85,9 +85,8 @@ class HomogeniseSpec:
     __pydantic_config__: ClassVar[dict[str, Any]] = STRICT
 
     method: Literal["direct", "duym"] = "direct"
-    variables: tuple[
-        Variable, ...
-    ] = ()  # empty: velocity and current, or displacement and velocity without a current
+    # empty: velocity and current, or displacement and velocity without a current
+    variables: tuple[Variable, ...] = ()
     grid: tuple[int, ...] = (10, 10)  # cells over the variables, in their order
     iterations: int | None = None  # at most so many; the method's own default where none is given
 
@@ -155,9 +154,7 @@ class MultisineSpec:
             return
         variables = self.covered_variables
         if self.current is None and "current" in variables:
-            raise DesignError(
-                "homogenise.variables names current, but there is no [current]: add it or leave it out"
-            )
+            raise DesignError("homogenise.variables names current, but there is no [current]: add it or leave it out")
         if len(self.homogenise.grid) != len(variables):
             raise DesignError(
                 f"homogenise.grid is {list(self.homogenise.grid)}: it needs {len(variables)} numbers of "

@@ -41,9 +41,7 @@ class Test:
             raise DesignError(f"test {self.name!r}: dwell is {self.dwell_s} s: it must be zero or more")
         low, high = self.min_temperature_degc, self.max_temperature_degc
         if low is not None and high is not None and not low < high:
-            raise DesignError(
-                f"test {self.name!r}: min_temperature is {low} °C: it must lie below max ({high} °C)"
-            )
+            raise DesignError(f"test {self.name!r}: min_temperature is {low} °C: it must lie below max ({high} °C)")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,9 +59,7 @@ class TestPlan:
             raise DesignError("tests is empty: a plan needs at least one test")
         twice = [name for name, count in Counter(test.name for test in self.tests).items() if count > 1]
         if twice:
-            raise DesignError(
-                f"tests: the name {twice[0]!r} occurs more than once: every test needs its own name"
-            )
+            raise DesignError(f"tests: the name {twice[0]!r} occurs more than once: every test needs its own name")
 
     @property
     def duration_s(self) -> float:

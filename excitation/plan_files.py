@@ -45,9 +45,7 @@ def write_plan(path: Path | str, plan: TestPlan) -> None:
     path = Path(path)
     writers = {".toml": _write_toml, ".csv": _write_csv, ".h5": _write_hdf5}
     if path.suffix.lower() not in writers:
-        raise ExcitationFileError(
-            f"{path}: the ending {path.suffix!r} is not known: use {', '.join(writers)}"
-        )
+        raise ExcitationFileError(f"{path}: the ending {path.suffix!r} is not known: use {', '.join(writers)}")
     with written_whole(path) as temporary:
         writers[path.suffix.lower()](temporary, plan)
 
@@ -60,9 +58,7 @@ def read_plan(path: Path | str) -> TestPlan:
     path = Path(path)
     readers = {".toml": _read_toml, ".csv": _read_csv, ".h5": _read_hdf5}
     if path.suffix.lower() not in readers:
-        raise ExcitationFileError(
-            f"{path}: the ending {path.suffix!r} is not known: use {', '.join(readers)}"
-        )
+        raise ExcitationFileError(f"{path}: the ending {path.suffix!r} is not known: use {', '.join(readers)}")
     if not path.is_file():
         raise ExcitationFileError(f"{path}: no such file: give a plan ({', '.join(readers)})")
     try:
@@ -73,9 +69,7 @@ def read_plan(path: Path | str) -> TestPlan:
         reason = str(error).splitlines()[0] if str(error) else "unreadable"
         raise ExcitationFileError(f"{path}: cannot be read as {path.suffix}: {reason}") from error
     except UnicodeDecodeError as error:
-        raise ExcitationFileError(
-            f"{path}: byte {error.start} is not UTF-8 text: save it as UTF-8"
-        ) from error
+        raise ExcitationFileError(f"{path}: byte {error.start} is not UTF-8 text: save it as UTF-8") from error
 
 
 def _config(plan: TestPlan) -> dict[str, JSON]:
@@ -105,9 +99,7 @@ def _read_toml(path: Path) -> TestPlan:
     layout = config.pop("format", PLAN_FORMAT)
     version = config.pop("format_version", VERSION)
     if layout != PLAN_FORMAT or version != VERSION:
-        raise ExcitationFileError(
-            f"{path}: format is {layout!r} {version}: a plan has {PLAN_FORMAT!r} {VERSION}"
-        )
+        raise ExcitationFileError(f"{path}: format is {layout!r} {version}: a plan has {PLAN_FORMAT!r} {VERSION}")
     return plan_from_config(config)
 
 
@@ -135,9 +127,7 @@ def _cell(value: JSON) -> str:
 def _read_csv(path: Path) -> TestPlan:
     with path.open(newline="", encoding="utf-8-sig") as file:
         reader = csv.DictReader(file)
-        if _COLUMNS["name"] not in (reader.fieldnames or []) or _COLUMNS["kind"] not in (
-            reader.fieldnames or []
-        ):
+        if _COLUMNS["name"] not in (reader.fieldnames or []) or _COLUMNS["kind"] not in (reader.fieldnames or []):
             raise ExcitationFileError(f"{path}: line 1 needs the columns name and wave_form: this is no plan")
         rows = [_row(path, line, row) for line, row in enumerate(reader, start=2)]
     warm_up = [row for row in rows if row.get("data_set") == "warm-up"]
@@ -188,12 +178,8 @@ def _read_hdf5(path: Path) -> TestPlan:
         if layout == FORMAT:
             return TestPlan(tests=(Test(name=path.stem, excitation=get_excitation(file, str(path))),))
         if layout != PLAN_FORMAT or "tests" not in file:
-            raise ExcitationFileError(
-                f"{path}: format is {layout!r}: it must be {PLAN_FORMAT!r} or {FORMAT!r}"
-            )
-        tests = tuple(
-            _get_test(file["tests"][name], f"{path}: tests/{name}") for name in sorted(file["tests"])
-        )
+            raise ExcitationFileError(f"{path}: format is {layout!r}: it must be {PLAN_FORMAT!r} or {FORMAT!r}")
+        tests = tuple(_get_test(file["tests"][name], f"{path}: tests/{name}") for name in sorted(file["tests"]))
         warm_up = _get_test(file["warm_up"], f"{path}: warm_up") if "warm_up" in file else None
     return TestPlan(tests=tests, warm_up=warm_up)
 

@@ -71,9 +71,7 @@ def _peak(values: NDArray[np.float64]) -> float:
     return float(np.abs(values).max())
 
 
-def _force(
-    moved: Motion, specimen: Specimen | None, force_model: ForceModel | None
-) -> NDArray[np.float64] | None:
+def _force(moved: Motion, specimen: Specimen | None, force_model: ForceModel | None) -> NDArray[np.float64] | None:
     if force_model is not None:
         return force_model(moved)
     if specimen is None:
@@ -97,19 +95,13 @@ def _temperature_rise(energy: float | None, duration_s: float, specimen: Specime
     return float(energy / duration_s / cooling * -np.expm1(-cooling * duration_s / capacity))
 
 
-def _valve_share(
-    moved: Motion, flow: NDArray[np.float64], force: NDArray[np.float64] | None, oil: Hydraulics
-) -> float:
+def _valve_share(moved: Motion, flow: NDArray[np.float64], force: NDArray[np.float64] | None, oil: Hydraulics) -> float:
     """Flow over rated_flow·sqrt(Δp/rated drop), Δp = supply − return − force/area while the force opposes the
     motion;
     infinite where the load takes all the pressure."""
-    against = (
-        0.0 if force is None else np.maximum(0.0, force * np.sign(moved.velocity_m_s)) / oil.piston_area_m2
-    )
+    against = 0.0 if force is None else np.maximum(0.0, force * np.sign(moved.velocity_m_s)) / oil.piston_area_m2
     drop = np.maximum(0.0, oil.supply_pressure_pa - oil.return_pressure_pa - against)
-    passes = oil.valve_rated_flow_m3_s * np.sqrt(drop / oil.valve_rated_pressure_drop_pa) + np.zeros_like(
-        flow
-    )
+    passes = oil.valve_rated_flow_m3_s * np.sqrt(drop / oil.valve_rated_pressure_drop_pa) + np.zeros_like(flow)
     share = np.divide(flow, passes, out=np.full_like(flow, np.inf), where=passes > 0)
     return float(np.where(flow > 0, share, 0.0).max())
 

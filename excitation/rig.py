@@ -51,9 +51,7 @@ class ForceLimits:
     def __post_init__(self) -> None:
         _all_above_zero(self)
         if self.dynamic_n > self.static_n:
-            raise DesignError(
-                f"dynamic is {self.dynamic_n:g} N: it must not exceed static ({self.static_n:g} N)"
-            )
+            raise DesignError(f"dynamic is {self.dynamic_n:g} N: it must not exceed static ({self.static_n:g} N)")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

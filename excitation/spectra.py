@@ -97,9 +97,7 @@ def check_table(frequency_hz: tuple[float, ...], amplitude: tuple[float, ...]) -
     if any(later <= earlier for earlier, later in pairwise(frequency_hz)):
         raise DesignError("frequency does not rise from value to value: sort it and drop repeated values")
     if min(amplitude) < 0 or max(amplitude) <= 0:
-        raise DesignError(
-            f"amplitude reaches from {min(amplitude):g} to {max(amplitude):g}: none below 0, one above"
-        )
+        raise DesignError(f"amplitude reaches from {min(amplitude):g} to {max(amplitude):g}: none below 0, one above")
 
 
 def quarter_car(frequency_hz: NDArray[np.float64], car: QuarterCar, on: Road) -> NDArray[np.float64]:

@@ -85,9 +85,7 @@ def _numbers(path: Path, table: list[list[str]], column: int, name: str) -> list
             values.append(float(row[column]))
         except (ValueError, IndexError) as error:
             shown = repr(row[column]) if column < len(row) else "missing"
-            raise ExcitationFileError(
-                f"{path}: line {line}, {name} is {shown}: it must be a number"
-            ) from error
+            raise ExcitationFileError(f"{path}: line {line}, {name} is {shown}: it must be a number") from error
     if len(values) < 2:
         raise ExcitationFileError(f"{path}: {len(values)} samples: an excitation needs two or more")
     return values
@@ -104,9 +102,7 @@ def _sample_rate(path: Path, time_s: list[float], properties: dict[str, str]) ->
     """The stated rate, or that of the time column, which must then be uniform to 0.1 % of a sample."""
     spacing = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
     uneven = [
-        n
-        for n, t in enumerate(time_s)
-        if not abs(t - time_s[0] - n * spacing) <= 1e-3 * abs(spacing) + 1e-9 * abs(t)
+        n for n, t in enumerate(time_s) if not abs(t - time_s[0] - n * spacing) <= 1e-3 * abs(spacing) + 1e-9 * abs(t)
     ]
     if not spacing > 0 or uneven:
         line = 2 + (uneven[0] if uneven else 1)
@@ -116,9 +112,7 @@ def _sample_rate(path: Path, time_s: list[float], properties: dict[str, str]) ->
     try:
         return float(properties["sample_rate"]) if "sample_rate" in properties else _tidy(1.0 / spacing)
     except ValueError as error:
-        raise ExcitationFileError(
-            f"{path}: sample_rate is {properties['sample_rate']!r}: not a number"
-        ) from error
+        raise ExcitationFileError(f"{path}: sample_rate is {properties['sample_rate']!r}: not a number") from error
 
 
 def _tidy(rate_hz: float) -> float:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["cosine_and_sine", "uniform"]
+__all__ = ["cosine_and_sine", "turns_of", "uniform"]
 
 # Minimax polynomials on [-π/4, π/4], error below 1 ulp: Cody & Waite 1980 in the form of fdlibm (Sun, 1993).
 _SINE = (
@@ -29,6 +29,20 @@ _COSINE = (
     -1.38888888888741095749e-03,
     4.16666666666666019037e-02,
 )
+_ARCTAN = (
+    1.62858201153657823623e-02,
+    -3.65315727442169155270e-02,
+    4.97687799461593236017e-02,
+    -5.83357013379057348645e-02,
+    6.66107313738753120669e-02,
+    -7.69187620504482999495e-02,
+    9.09088713343650656196e-02,
+    -1.11111104054623557880e-01,
+    1.42857142725034663711e-01,
+    -1.99999999998764832476e-01,
+    3.33333333333329318027e-01,
+)
+_ARCTAN_HALF = 4.63647609000806093515e-01
 
 
 def cosine_and_sine(turns: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -51,6 +65,21 @@ def _polynomial(coefficients: tuple[float, ...], x: NDArray[np.float64]) -> NDAr
     for coefficient in coefficients[1:]:
         value = value * x + coefficient
     return value
+
+
+def turns_of(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The angle of each (x, y) in turns, in [-1/2, 1/2], any shape; the inverse of ``cosine_and_sine``."""
+    wide, high = np.abs(x), np.abs(y)
+    ratio = np.minimum(wide, high) / np.maximum(np.maximum(wide, high), 1e-300)
+    base = np.where(ratio < 0.4375, 0.0, np.where(ratio < 0.6875, 0.5, 1.0))
+    known = np.where(ratio < 0.4375, 0.0, np.where(ratio < 0.6875, _ARCTAN_HALF, 0.25 * np.pi))
+    left = (ratio - base) / (1.0 + base * ratio)  # arctan a = arctan b + arctan((a − b)/(1 + a b))
+    square = left * left
+    angle = known + (left - left * square * _polynomial(_ARCTAN, square))
+    turns = angle * (0.5 / np.pi)
+    turns = np.where(high > wide, 0.25 - turns, turns)
+    turns = np.where(x < 0, 0.5 - turns, turns)
+    return np.asarray(np.where(y < 0, -turns, turns))
 
 
 def uniform(key: tuple[int, ...], count: int) -> NDArray[np.float64]:

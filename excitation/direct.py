@@ -1,0 +1,202 @@
+"""Phases that cover the working range uniformly, by direct optimisation of the coverage itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from excitation.coverage import coverage
+from excitation.lbfgs import minimise
+from excitation.turns import cosine_and_sine
+
+if TYPE_CHECKING:
+    from excitation.periodic import Multitone
+
+__all__ = ["Axis", "Soft", "optimise_phases"]
+
+_OUTSIDE = 30.0  # weight of what lies beyond the box, against the sum of squared modes
+_ENOUGH = 3e-6  # of the squared relative deviation: far below what cells of a hundred samples show
+_CHUNKS = 8  # fixed, so that sums do not depend on how many threads work
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Axis:
+    """One variable of the working range: a linear function of the phases' cosines, in half boxes.
+
+    u[n] = Σ A_k cos(2π(k n/N + φ_k + offset)), with rms 1/√3: a uniform distribution over ±1 has that rms.
+    """
+
+    tones: int  # which of the multitones it belongs to
+    amplitude: NDArray[np.float64]  # (K,)
+    offset_turns: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Soft:
+    """A further limited quantity that is not covered: what exceeds ``limit`` half boxes is charged."""
+
+    axis: Axis
+    limit: float
+    weight: float
+
+
+def optimise_phases(
+    tones: Sequence[Multitone],
+    axes: Sequence[Axis],
+    soft: Sequence[Soft],
+    grid: Sequence[int],
+    iterations: int | None,
+) -> tuple[NDArray[np.float64], ...]:
+    """Phases in turns, (K,) for each multitone, that spread the samples evenly over the box of the axes.
+
+    Minimises Σ' w c², c the means of Π cos(m_a θ_a) over the samples, θ_a = π(u_a + 1)/2, over the modes
+    below ~1.5 cells, plus what lies outside the box. All c vanish for the uniform distribution (Parseval: Σ'
+    2^d c² is the squared relative deviation of the density that the coverage index counts in cells). The
+    gradient runs back through one DFT for each axis. Keeps the phases with the best coverage index seen.
+    """
+    modes = _modes(grid)
+    # displacement and velocity share phases: a harder search
+    coupled = len({axis.tones for axis in axes}) < len(axes)
+    problem = _Problem(tones, axes, soft, modes)
+    best: list[tuple[float, NDArray[np.float64]]] = []
+
+    def enough(iteration: int, phases: NDArray[np.float64]) -> bool:
+        if iteration % 10 == 0:
+            best.append((problem.index(phases, grid), phases))
+            best.sort(key=lambda pair: pair[0])
+            del best[1:]
+        return problem.last_value < _ENOUGH
+
+    start = np.concatenate([t.phase_turns for t in tones])
+    found = minimise(
+        problem.value_and_gradient,
+        start,
+        iterations=iterations or (500 if coupled or modes > 16 else 200),
+        first_step=0.02 * float(np.sqrt(start.size)),
+        tolerance=1e-4,
+        enough=enough,
+    )
+    best.append((problem.index(found.x, grid), found.x))
+    return problem.split(min(best, key=lambda pair: pair[0])[1])
+
+
+def _modes(grid: Sequence[int]) -> int:
+    """Modes along each axis that resolve the cells; multiples of four, as the compiled loops want.
+
+    Beyond 24 the optimisation gets stuck before finer modes pay; in three dimensions the cost grows with the
+    cube.
+    """
+    if len(grid) == 3:
+        return 8
+    return 16 if max(grid) <= 12 else 20 if max(grid) <= 16 else 24
+
+
+class _Problem:
+    """Value and gradient over the joined phases of all multitones."""
+
+    def __init__(self, tones: Sequence[Multitone], axes: Sequence[Axis], soft: Sequence[Soft], modes: int) -> None:
+        self.samples = tones[0].period_samples
+        self.lines = [t.lines for t in tones]
+        self.axes, self.soft, self.modes = list(axes), list(soft), modes
+        self.weight = _weight(modes, len(axes))
+        self.last_value = np.inf
+        ends = np.cumsum([line.size for line in self.lines])
+        self.parts = [slice(int(e) - line.size, int(e)) for e, line in zip(ends, self.lines, strict=True)]
+
+    def split(self, phases: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+        return tuple(phases[part] - np.floor(phases[part]) for part in self.parts)
+
+    def index(self, phases: NDArray[np.float64], grid: Sequence[int]) -> float:
+        return coverage([self._synthesise(axis, phases)[0] for axis in self.axes], grid).index
+
+    def value_and_gradient(self, phases: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        made = [self._synthesise(axis, phases) for axis in self.axes]
+        signals = [signal for signal, _ in made]
+        value, slopes = self._uniformity(signals)
+        gradient = np.zeros_like(phases)
+        for axis, (signal, turned), slope in zip(self.axes, made, slopes, strict=True):
+            charge, extra = _outside(signal, 1.0, _OUTSIDE)
+            value += charge
+            self._back(axis, turned, slope + extra, gradient)
+        for quantity in self.soft:
+            signal, turned = self._synthesise(quantity.axis, phases)
+            charge, extra = _outside(signal, quantity.limit, quantity.weight)
+            if charge > 0.0:
+                value += charge
+                self._back(quantity.axis, turned, extra, gradient)
+        self.last_value = value
+        return value, gradient
+
+    def _synthesise(
+        self, axis: Axis, phases: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        cos, sin = cosine_and_sine(phases[self.parts[axis.tones]] + axis.offset_turns)
+        real, imaginary = axis.amplitude * cos, axis.amplitude * sin
+        spectrum = np.zeros(self.samples // 2 + 1, dtype=np.complex128)
+        spectrum.real[self.lines[axis.tones]] = real
+        spectrum.imag[self.lines[axis.tones]] = imaginary
+        return np.fft.irfft(spectrum, n=self.samples, norm="forward") * 0.5, (real, imaginary)
+
+    def _back(
+        self,
+        axis: Axis,
+        turned: tuple[NDArray[np.float64], NDArray[np.float64]],
+        slope: NDArray[np.float64],
+        gradient: NDArray[np.float64],
+    ) -> None:
+        """Adds ∂/∂φ_k = −2π A_k Im(e^{jφ} conj(G_k)), G the DFT of the slopes over the samples."""
+        real, imaginary = turned
+        g = np.fft.rfft(slope)[self.lines[axis.tones]]
+        gradient[self.parts[axis.tones]] -= 2.0 * np.pi * (imaginary * g.real - real * g.imag)
+
+    def _each(self, chunks: list[slice], work: Callable[[slice], Any]) -> list[Any]:
+        """Any: what the compiled function returns. Threads only where there is more than one chunk."""
+        if len(chunks) == 1:
+            return [work(chunks[0])]
+        with ThreadPoolExecutor() as pool:
+            return list(pool.map(work, chunks))
+
+    def _uniformity(self, signals: list[NDArray[np.float64]]) -> tuple[float, list[NDArray[np.float64]]]:
+        # numba: only where it is used
+        from excitation.modes import gradient_2d, gradient_3d, sums_2d, sums_3d
+
+        chunks = _chunks(self.samples)
+        slopes = [np.empty(self.samples) for _ in signals]
+        sums: Callable[..., Any] = sums_2d if len(signals) == 2 else sums_3d  # Any: numba's dispatchers
+        slope_of: Callable[..., Any] = gradient_2d if len(signals) == 2 else gradient_3d
+        parts = self._each(chunks, lambda c: sums(*(s[c] for s in signals), self.modes))
+        means = sum(parts[1:], parts[0]) / self.samples
+        means[(0,) * means.ndim] = 0.0
+        weight = 2.0 / self.samples * self.weight * means
+        self._each(chunks, lambda c: slope_of(*(s[c] for s in signals), weight, *(s[c] for s in slopes)))
+        return float((self.weight * means * means).sum()), slopes
+
+
+def _weight(modes: int, dimensions: int) -> NDArray[np.float64]:
+    """ε = 1 for the constant mode, 2 for the others, along each axis: what Parseval gives the squared
+    means.
+    """
+    epsilon = np.full(modes, 2.0)
+    epsilon[0] = 1.0
+    weight = epsilon
+    for _ in range(dimensions - 1):
+        weight = weight[..., None] * epsilon
+    return weight
+
+
+def _outside(signal: NDArray[np.float64], limit: float, weight: float) -> tuple[float, NDArray[np.float64]]:
+    """weight·mean(max(0, abs(u) − limit)²) and its derivative by each sample."""
+    over = np.maximum(signal - limit, 0.0) + np.minimum(signal + limit, 0.0)
+    return float(weight / signal.size * (over * over).sum()), 2.0 * weight / signal.size * over
+
+
+def _chunks(samples: int) -> list[slice]:
+    if samples < 2**16:
+        return [slice(0, samples)]
+    size = -(-samples // _CHUNKS)
+    return [slice(start, min(start + size, samples)) for start in range(0, samples, size)]
