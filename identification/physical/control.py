@@ -15,9 +15,7 @@ from identification.physical.motion import delayed, is_step
 Floats = NDArray[np.float64]
 
 
-def effective_current(
-    elements: Sequence[Element], i: Floats, dt: float, period: int
-) -> tuple[Floats, Floats]:
+def effective_current(elements: Sequence[Element], i: Floats, dt: float, period: int) -> tuple[Floats, Floats]:
     """Effective current and its sensitivities to every control parameter, in order.
 
     Returns u (N,), A, and du (C, N), A per unit of each of the C parameters.

@@ -123,9 +123,7 @@ _ROWS: Final = (
         ),
         needs_current=True,
     ),
-    ElementSpec(
-        "quadratic_damping", "core", Code.QUADRATIC, "quadratic (orifice) damping", (_p("q", "N·s²/m²"),)
-    ),
+    ElementSpec("quadratic_damping", "core", Code.QUADRATIC, "quadratic (orifice) damping", (_p("q", "N·s²/m²"),)),
     ElementSpec(
         "relief_valve",
         "core",
@@ -257,9 +255,7 @@ _ROWS: Final = (
         (_p("h", "A"),),
         needs_current=True,
     ),
-    ElementSpec(
-        "force_delay", "sensor", Code.FORCE_DELAY, "time skew of the force channel", (_p("tau", "s"),)
-    ),
+    ElementSpec("force_delay", "sensor", Code.FORCE_DELAY, "time skew of the force channel", (_p("tau", "s"),)),
     ElementSpec("force_offset", "sensor", Code.OFFSET, "load-cell offset", (_p("F0", "N", _FREE),)),
     ElementSpec("moving_mass", "sensor", Code.MASS, "mass between load cell and damper", (_p("m", "kg"),)),
     ElementSpec("force_drift", "sensor", Code.DRIFT, "load-cell drift", (_p("rate", "N/s", _FREE),)),

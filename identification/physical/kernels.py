@@ -45,7 +45,7 @@ _GAMMA = 1.0 - 1.0 / np.sqrt(2.0)
 
 # Nothing in here allocates, so arrays need no reference counting; counted at every call of every element they cost more
 # than the equations (measured: 90 ns a sample against 8).
-_compiled = njit(cache=True, error_model="numpy", _nrt=False)
+_compiled = njit(cache=True, error_model="numpy", _nrt=False, nogil=True)
 _inline = njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 
 
@@ -445,9 +445,7 @@ def direct(codes, offsets, p, column, dt, x, v, u, du, temperature, eps, force, 
             for k in range(n_el):
                 code = codes[k]
                 if _is_memory(code):
-                    memory[k] = _advance(
-                        code, p, offsets[k], memory[k], x[i - 1], z, v[i - 1], w, dt, out, tmp
-                    )
+                    memory[k] = _advance(code, p, offsets[k], memory[k], x[i - 1], z, v[i - 1], w, dt, out, tmp)
                     if wanted:
                         first = _own(code, offsets[k])
                         for j in range(sens.shape[1]):
@@ -455,9 +453,7 @@ def direct(codes, offsets, p, column, dt, x, v, u, du, temperature, eps, force, 
                         for j in range(_own_count(code)):
                             if column[first + j] >= 0:
                                 sens[k, column[first + j]] += out[2 + j]
-        f, _, _, f_u, _ = core_force(
-            codes, offsets, p, z, w, s, u[i], temperature[i], memory, dp, dm, modified
-        )
+        f, _, _, f_u, _ = core_force(codes, offsets, p, z, w, s, u[i], temperature[i], memory, dp, dm, modified)
         force[i] = f
         if wanted:
             for j in range(p.size):
@@ -511,9 +507,7 @@ def _trial(program, z, w, s, h, u, temperature, state, memory, work):
     if remembers:
         for k in range(codes.size):
             if _is_memory(codes[k]):
-                trial[k] = _advance(
-                    codes[k], p, offsets[k], memory[k], state[1], z, state[2], w, h, parts[k], tmp
-                )
+                trial[k] = _advance(codes[k], p, offsets[k], memory[k], state[1], z, state[2], w, h, parts[k], tmp)
     f, f_z, f_w, f_u, jump = core_force(codes, offsets, p, z, w, s, u, temperature, trial, dp, dm, modified)
     if remembers:
         for k in range(codes.size):
@@ -533,9 +527,7 @@ def _solve(program, mount, x, v, u, temperature, e0, gh, h, state, memory, work)
     low, high, side = -np.inf, np.inf, 0.0
     w, stiff, f_u, slope, done, ready = guess, 0.0, 0.0, 0.0, False, False
     if program[6]:  # dry friction: does it hold the core at rest?
-        f, _, _, f_u, jump = _trial(
-            program, x - e0 - gh * v, 0.0, 0.0, h, u, temperature, state, memory, work
-        )
+        f, _, _, f_u, jump = _trial(program, x - e0 - gh * v, 0.0, 0.0, h, u, temperature, state, memory, work)
         phi, _, _, _, _, _ = _contact(km, cm, gap, e0 + gh * v, v)
         side = -1.0 if f > phi else 1.0
         done = abs(f - phi) <= jump
@@ -552,9 +544,7 @@ def _solve(program, mount, x, v, u, temperature, e0, gh, h, state, memory, work)
         iterations += 1
         rate = v - w
         s = side if side != 0.0 else (1.0 if w > 0 else -1.0)
-        f, f_z, f_w, f_u, _ = _trial(
-            program, x - e0 - gh * rate, w, s, h, u, temperature, state, memory, work
-        )
+        f, f_z, f_w, f_u, _ = _trial(program, x - e0 - gh * rate, w, s, h, u, temperature, state, memory, work)
         phi, phi_e, phi_r, _, _, _ = _contact(km, cm, gap, e0 + gh * rate, rate)
         residual = f - phi
         stiff = f_z + phi_e
@@ -580,9 +570,7 @@ def _solve(program, mount, x, v, u, temperature, e0, gh, h, state, memory, work)
 
 
 @_compiled
-def _rate_sensitivity(
-    program, mount, mount_column, e, rate, stiff, f_u, slope, de, de_base, du, i, q, sens, work, out
-):
+def _rate_sensitivity(program, mount, mount_column, e, rate, stiff, f_u, slope, de, de_base, du, i, q, sens, work, out):
     """∂(de/dt)/∂θ of one stage by the implicit function theorem; zero where the core sticks."""
     inverse = 1.0 / slope if slope > 0.0 else 0.0
     codes, offsets, p, column = program[0], program[1], program[2], program[3]
@@ -615,9 +603,7 @@ def _rate_sensitivity(
 
 
 @_compiled
-def _step(
-    program, mount, mount_column, motion, i, sub, substeps, state, memory, du, sens, de, work, grads, wanted
-):
+def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory, du, sens, de, work, grads, wanted):
     """One SDIRK2 step from (sub)/substeps to (sub + 1)/substeps of sample interval i; returns whether it converged.
 
     state : e, z and w at the last step, the guess of w, the tolerance of w, and de/dt at the end.
@@ -637,9 +623,7 @@ def _step(
         vs = 6 * (q - q2) * dx / dt + (3 * q2 - 4 * q + 1) * v[i] + (3 * q2 - 2 * q) * v[i + 1]
         us = u[i] + q * (u[i + 1] - u[i])
         ts = temperature[i] + q * (temperature[i + 1] - temperature[i])
-        w, stiff, f_u, slope, ok = _solve(
-            program, mount, xs, vs, us, ts, e0, gh, h * part, state, memory, work
-        )
+        w, stiff, f_u, slope, ok = _solve(program, mount, xs, vs, us, ts, e0, gh, h * part, state, memory, work)
         converged = converged and ok
         rate = vs - w
         e = e0 + gh * rate

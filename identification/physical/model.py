@@ -33,9 +33,7 @@ class Element:
 
     def __post_init__(self) -> None:
         if self.name not in CATALOGUE:
-            raise ModelError(
-                f"element '{self.name}' is not in the catalogue: use one of {', '.join(CATALOGUE)}"
-            )
+            raise ModelError(f"element '{self.name}' is not in the catalogue: use one of {', '.join(CATALOGUE)}")
         if len(self.parameters) != len(self.spec.parameters):
             names = ", ".join(p.name for p in self.spec.parameters)
             raise ModelError(f"element '{self.name}' needs the parameters {names}")

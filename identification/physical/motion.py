@@ -15,7 +15,8 @@ class Motion:
     """Inputs of a model, each (N,) float64, SI.
 
     `period` is the number of samples after which x, v, a and i repeat exactly, 0 where they don't: then a shift in time
-    is exact to rounding, else it interpolates with the derivatives at hand.
+    is exact to rounding, else it interpolates with the derivatives at hand. After `settle` periods a damper's response
+    to such a motion repeats too, and needs no further simulation.
     """
 
     dt: float
@@ -26,6 +27,12 @@ class Motion:
     temperature: Floats
     t: Floats
     period: int = 0
+    settle: int = 0
+
+    def head(self, samples: int) -> Motion:
+        """The first samples of the motion."""
+        fields = ("x", "v", "a", "i", "temperature", "t")
+        return replace(self, **{name: getattr(self, name)[:samples] for name in fields})
 
     def shifted(self, tau: float) -> Motion:
         """The inputs as they were `tau` seconds ago; before the first sample they hold their first value."""

@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 
 RIGID_STIFFNESS = 3.0e7  # N/m: a worn joint without a bush meets steel
 RIGID_DAMPING = 3.0e3  # N·s/m
+_SAME_TEMPERATURE_K = 0.05  # a body this steady is at one temperature: fade is some 0.5 % per kelvin
 _REVERSAL_SUBSTEPS = 4
 _PLAY_SUBSTEPS = 16  # a rigid contact rings at some kHz; all of its error sits in the samples of an impact
 
@@ -45,7 +46,7 @@ def simulate(model: Model, motion: Motion, *, gradient: bool = False, substeps: 
     sensor = model.on("sensor")
     taus = [e.value("tau") if e.spec.code == Code.FORCE_DELAY else 0.0 for e in sensor]
     past = motion.shifted(sum(taus))
-    response = _damper(model, past, gradient, substeps)
+    response = _steady_damper(model, past, gradient, substeps)
     force, grad = response.force.copy(), response.gradient
     offset = sum(len(e.parameters) for e in model.elements if e.spec.path != "sensor")
     for index, e in enumerate(sensor):
@@ -62,6 +63,22 @@ def simulate(model: Model, motion: Motion, *, gradient: bool = False, substeps: 
             "check its parameters against the range of the run"
         )
     return Response(force, grad, response.failures)
+
+
+def _steady_damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Response:
+    """Response of mount and core; a periodic motion is simulated until it settles, the rest is its last period again."""
+    samples = (motion.settle + 1) * motion.period
+    drifts = model.has("temperature_fade") and np.ptp(motion.temperature) > _SAME_TEMPERATURE_K
+    if motion.settle == 0 or samples >= motion.x.size or drifts:
+        return _damper(model, motion, gradient, substeps)
+    head = motion.head(samples)
+    if model.has("temperature_fade"):
+        head = replace(head, temperature=np.full(samples, float(np.mean(motion.temperature))))
+    short = _damper(model, head, gradient, substeps)
+    index = np.arange(motion.x.size)
+    index = np.where(index < samples, index, samples - motion.period + (index - samples) % motion.period)
+    full = None if short.gradient is None else short.gradient[index]
+    return Response(short.force[index], full, short.failures)
 
 
 def _damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Response:
@@ -97,9 +114,7 @@ def _damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Resp
     return Response(force, out, failures)
 
 
-def _mount(
-    mount: Sequence[Element], core: Sequence[Element], first: int
-) -> tuple[Floats, NDArray[np.int64], int]:
+def _mount(mount: Sequence[Element], core: Sequence[Element], first: int) -> tuple[Floats, NDArray[np.int64], int]:
     """Stiffness, damping and gap of the mount, the gradient column of each, and the substeps at an event."""
     values = np.array([RIGID_STIFFNESS, RIGID_DAMPING, 0.0])
     columns = np.full(3, -1, dtype=np.int64)

@@ -1,0 +1,163 @@
+"""Which elements might be missing, and plausible first values for each, from the scales of the data alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+from identification.discrepancy.scales import Scales
+from identification.physical.elements import CATALOGUE
+from identification.physical.model import Element, Model, element
+from identification.record import Record
+
+Guess = Mapping[str, float]
+Guesses = Callable[[Scales], Sequence[Guess]]
+
+
+def _friction(s: Scales) -> Sequence[Guess]:
+    return [{"f_c": s.gap}]
+
+
+def _stribeck(s: Scales) -> Sequence[Guess]:
+    return [{"f_c": 0.7 * s.gap, "f_s": 1.4 * s.gap, "w_s": w} for w in (0.3 * s.speeds[0], s.speeds[0], s.speeds[1])]
+
+
+def _presliding(s: Scales) -> Sequence[Guess]:
+    return [{"f_c": s.gap, "sigma": s.gap / (part * s.x_rms)} for part in (0.01, 0.05, 0.25)]
+
+
+def _bouc_wen(s: Scales) -> Sequence[Guess]:
+    guesses = []
+    for part in (0.02, 0.1, 0.4):
+        h = part * s.x_rms  # the internal displacement at which the force saturates
+        guesses.append({"alpha": s.gap / h, "A": 1.0, "n": 1.5, "beta": 0.5 / h**1.5, "gamma": 0.5 / h**1.5})
+    return guesses
+
+
+def _tanh(s: Scales) -> Sequence[Guess]:
+    return [{"alpha": s.gap, "alpha_control": 0.0, "beta": 1.0 / w, "delta": 0.2} for w in (s.speeds[0], s.speeds[1])]
+
+
+def _arctan(s: Scales) -> Sequence[Guess]:
+    return [{"F1": s.gap, "S": 1.0 / w, "d": 0.0} for w in (s.speeds[0], s.speeds[2])]
+
+
+def _piecewise(s: Scales) -> Sequence[Guess]:
+    return [{"c1": s.gap / w, "c2": 0.1 * s.gap / w, "f_r": s.gap} for w in (s.speeds[1], s.speeds[2])]
+
+
+def _valve(s: Scales) -> Sequence[Guess]:
+    slope, low, high = s.gap / s.v_rms, s.current_low, s.current_high
+    return [{"c_soft": 0.5 * slope, "c_firm": 1.5 * slope, "u_soft": low, "u_firm": high, "w_knee": s.speeds[3]}]
+
+
+_GUESSES: Final[Mapping[str, Guesses]] = {
+    "viscous_damping": lambda s: [{"c": s.gap / s.v_rms, "c_control": 0.0}],
+    "arctan_damping": _arctan,
+    "piecewise_linear_damping": _piecewise,
+    "valve_damping": _valve,
+    "quadratic_damping": lambda s: [{"q": s.gap / s.v_rms**2}],
+    "relief_valve": lambda s: [{"c_drop": 0.3 * s.force / s.v_rms, "w_knee": w} for w in s.speeds[1:]],
+    "damping_asymmetry": lambda s: [{"c_a": s.gap / s.v_rms}],
+    "tanh_hysteresis": _tanh,
+    "bouc_wen": _bouc_wen,
+    "coulomb_friction": _friction,
+    "stribeck_friction": _stribeck,
+    "presliding_friction": _presliding,
+    "linear_stiffness": lambda s: [{"k": s.gap / s.x_rms}],
+    "cubic_stiffness": lambda s: [{"k3": s.gap / s.x_rms**3}],
+    "gas_spring": lambda s: [
+        {"f0": s.gap, "length": 2.5 * s.x_max, "n": 1.3},
+        {"f0": s.gap, "length": 1.3 * s.x_max, "n": 1.3},
+    ],
+    "end_stop": lambda s: [{"k": s.force / s.x_max, "z_max": part * s.x_max} for part in (0.45, 0.65, 0.85)],
+    "position_dependent_damping": lambda s: [{"p": 0.2 / s.x_rms**2}],
+    "temperature_fade": lambda s: [{"kappa": 0.1 / max(s.warmth, 1.0), "T_ref": 25.0}],
+    "reversal_force_lag": lambda s: [{"length": part * s.x_rms} for part in (0.01, 0.05, 0.2)],
+    "series_compliance": lambda s: [{"k": s.force / (part * s.x_rms), "c": 0.0} for part in (0.005, 0.03, 0.15)],
+    "free_play": lambda s: [{"gap": part * s.x_rms} for part in (0.005, 0.03, 0.15)],
+    "control_lag": lambda s: [{"tau": part * s.current_time} for part in (0.2, 1.0)],
+    "control_delay": lambda s: [{"tau": part * s.current_time} for part in (0.1, 0.5)],
+    "control_saturation": lambda s: [{"i_s": part * max(abs(s.current_low), s.current_high)} for part in (0.8, 2.0)],
+    "control_hysteresis": lambda s: [{"h": part * (s.current_high - s.current_low)} for part in (0.05, 0.15)],
+    "force_delay": lambda s: [{"tau": 0.03 * s.motion_time}],
+    "force_offset": lambda s: [{"F0": s.gap}],
+    "moving_mass": lambda s: [{"m": s.gap / s.a_rms}],
+    "force_drift": lambda s: [{"rate": s.gap / s.duration}],
+}
+
+Limits = Callable[[Scales], Mapping[str, tuple[float, float]]]
+
+# A shape outside of what the data span can't be seen in them: there the element is another one, or none.
+_LIMITS: Final[Mapping[str, Limits]] = {
+    "arctan_damping": lambda s: {"S": (0.2 / s.v_rms, 100.0 / s.speeds[0])},
+    "tanh_hysteresis": lambda s: {"beta": (0.2 / s.v_rms, 100.0 / s.speeds[0])},
+    "valve_damping": lambda s: {"w_knee": (0.1 * s.speeds[0], 30.0 * s.v_rms)},
+    "relief_valve": lambda s: {"w_knee": (0.2 * s.speeds[0], 1.5 * s.speeds[3])},
+    "stribeck_friction": lambda s: {"w_s": (0.02 * s.speeds[0], s.speeds[3])},
+    "presliding_friction": lambda s: {"sigma": (0.1 * s.gap / s.x_rms, 1e4 * s.force / s.x_rms)},
+    "bouc_wen": lambda s: {"n": (1.0, 4.0), "beta": (0.0, math.inf), "gamma": (0.0, math.inf)},
+    "gas_spring": lambda s: {"length": (1.02 * s.x_max, 30.0 * s.x_max), "n": (0.5, 3.0)},
+    "end_stop": lambda s: {"z_max": (0.05 * s.x_max, s.x_max)},
+    "reversal_force_lag": lambda s: {"length": (1e-4 * s.x_rms, 5.0 * s.x_rms)},
+    "series_compliance": lambda s: {"k": (0.2 * s.force / s.x_rms, 1e5 * s.force / s.x_rms)},
+    "free_play": lambda s: {"gap": (1e-5 * s.x_rms, 2.0 * s.x_rms)},
+    "control_saturation": lambda s: {"i_s": (0.1 * s.current_high, 30.0 * s.current_high)},
+    "control_hysteresis": lambda s: {"h": (0.0, s.current_high - s.current_low)},
+    "control_lag": lambda s: {"tau": (0.0, 0.5 * s.duration)},
+    "control_delay": lambda s: {"tau": (0.0, 0.1 * s.duration)},
+    "force_delay": lambda s: {"tau": (0.0, 2.0 * s.motion_time)},
+}
+
+_HELD: Final[Mapping[str, tuple[str, ...]]] = {"bouc_wen": ("A",)}  # alpha and A only ever act as a product
+
+
+def guesses(name: str, scales: Scales) -> list[Element]:
+    """Elements of one name with first values worth trying, each shape limited to what the data span."""
+    limits = _LIMITS.get(name, lambda s: {})(scales)
+    return [_limited(element(name, values, _HELD.get(name, ())), limits) for values in _GUESSES[name](scales)]
+
+
+def _limited(e: Element, limits: Mapping[str, tuple[float, float]]) -> Element:
+    parameters = []
+    for spec, p in zip(e.spec.parameters, e.parameters, strict=True):
+        if spec.name in limits:
+            low, high = limits[spec.name]
+            p = replace(p, value=min(max(p.value, low), high), low=low, high=high)
+        parameters.append(p)
+    return Element(e.name, tuple(parameters))
+
+
+def unlimited(e: Element) -> Element:
+    """The element without the limits that only the search needed."""
+    return Element(e.name, tuple(replace(p, low=None, high=None) for p in e.parameters))
+
+
+def admissible(model: Model, records: Sequence[Record], scales: Scales) -> list[str]:
+    """Names that might be added to `model` and that these records could show at all.
+
+    Left out: what the model has, what acts on a current or a temperature that does not vary, and an offset beside a free
+    F2, which is the same thing. Mains hum has a search of its own, in the time between the lines.
+    """
+    names = []
+    current = any(r.has_current for r in records) and scales.current_high > scales.current_low
+    for name, spec in CATALOGUE.items():
+        taken = model.has(name) or name == "mains_hum"
+        blind = spec.needs_current and not (current and (name == "valve_damping" or model.needs_current))
+        cold = name == "temperature_fade" and not _temperature_varies(records)
+        offset = name == "force_offset" and _free_offset(model)
+        if not (taken or blind or cold or offset):
+            names.append(name)
+    return names
+
+
+def _temperature_varies(records: Sequence[Record]) -> bool:
+    values = [r.motion.temperature for r in records if r.has_temperature]
+    return bool(values) and max(v.max() for v in values) - min(v.min() for v in values) > 1.0
+
+
+def _free_offset(model: Model) -> bool:
+    arctan = [e for e in model.elements if e.name == "arctan_damping"]
+    return any(not e.parameters[e.spec.index("F2")].fixed for e in arctan)

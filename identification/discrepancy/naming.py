@@ -1,0 +1,295 @@
+"""The search for names: moves that add, swap and drop elements, each judged after everything has been fitted again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.discrepancy.candidates import admissible, guesses
+from identification.discrepancy.scales import scales_of
+from identification.discrepancy.signatures import screen, tangent
+from identification.errors import SimulationError
+from identification.fitting.leastsquares import Fit, fit_records, predict
+from identification.physical.model import Element, Model
+from identification.record import Record
+
+Floats = NDArray[np.float64]
+
+FORM_TOLERANCE = 0.06
+"""How far a real effect's curve strays from the canonical one, as a share of its own contribution: the spread between
+published forms of the same effect (three forms each of friction, gas spring, valve knee and hysteresis lie within)."""
+
+_MATERIAL = 0.003  # of rms force: what matters to nobody is no discrepancy
+_CLOSES = 0.4  # an element is added only if it closes this share of the excess that is left
+_MAX_EFFECTS = 4
+_SHORTLIST = 6
+_FIT_ITERATIONS = 14
+_AT_NOISE = 0.02  # excess over noise energy at which no other start need be tried
+_TRADE = 60.0  # contribution over closed energy beyond which an element mostly re-describes the base
+_OPTIONAL = {
+    ("series_compliance", "c"),
+    ("tanh_hysteresis", "delta"),
+    ("arctan_damping", "d"),
+    ("piecewise_linear_damping", "c2"),
+    ("bouc_wen", "n"),
+    ("gas_spring", "n"),
+}  # parameters whose bound is a meaning of its own
+_CURVES = ("arctan_damping", "piecewise_linear_damping", "valve_damping", "tanh_hysteresis", "bouc_wen")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """A model with one more element, everything fitted again."""
+
+    name: str
+    fit: Fit
+    excess: float  # whitened residual energy beyond the noise
+    contribution: float  # whitened energy of what the element adds
+    parameters: int
+    screened: float  # the share its signature promised
+    closed: float  # whitened energy by which it lowers the excess
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Move:
+    """What was decided at one step and against which rivals."""
+
+    kind: str  # "add" | "swap" | "drop"
+    name: str
+    excess_before: float
+    excess_after: float
+    rivals: tuple[Trial, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Search:
+    """State of the search: the fitted model, the names in it, and the moves that led there."""
+
+    fit: Fit
+    names: tuple[str, ...]
+    excess: float
+    given: Model  # the base with the values it came with
+    moves: tuple[Move, ...] = field(default=())
+
+
+def excess_of(fit: Fit) -> float:
+    """Whitened residual energy beyond what noise alone would leave; near zero when the model meets the data."""
+    return fit.chi2 - fit.samples
+
+
+def material_excess(records: Sequence[Record]) -> float:
+    """Whitened energy of the smallest discrepancy that matters: a fixed share of the rms force."""
+    return sum(r.measured.size * float(np.mean(r.measured**2)) * (_MATERIAL / r.sigma) ** 2 for r in records)
+
+
+def significant_excess(fit: Fit, records: Sequence[Record]) -> float:
+    """Excess that noise exceeds in less than one case of a million, the noise floor itself being estimated."""
+    dof = fit.samples
+    spread = np.sqrt(2.0 * dof) * np.sqrt(1.0 + 1.0 / 2.0)
+    return 5.0 * float(spread)
+
+
+def search(
+    given: Model, base: Fit, records: Sequence[Record], *, on_progress: Callable[[str], None] | None = None
+) -> Search:
+    """Name what `base` is missing on `records` (compact): add while it pays, then swap and drop what does not hold."""
+    say = on_progress or (lambda text: None)
+    state = Search(fit=base, names=(), excess=excess_of(base), given=given)
+    while len(state.names) < _MAX_EFFECTS and _worth_more(state, records):
+        say(f"{len(state.names)} named, excess {state.excess / max(base.samples, 1):.3g} × noise energy")
+        grown = _add(state, records)
+        if grown is None:
+            break
+        state = grown
+        if len(state.names) > 1:
+            state = _settle(state, records)
+    return state
+
+
+def _worth_more(state: Search, records: Sequence[Record]) -> bool:
+    """Whether what is left is real, matters, and is more than the form of what was named can answer for."""
+    form = sum(FORM_TOLERANCE**2 * contribution(state.fit.model, name, records) for name in state.names)
+    floor = max(material_excess(records), significant_excess(state.fit, records))
+    return state.excess > floor + form
+
+
+def contribution(model: Model, name: str, records: Sequence[Record]) -> float:
+    """Whitened energy of what an element adds to the force of the model, all else unchanged."""
+    try:
+        without = model.without(name)
+    except ValueError:
+        return 0.0
+    total = 0.0
+    for r in records:
+        difference = predict(model, r)[0] - predict(without, r)[0]
+        total += float(np.dot(difference, difference)) / r.sigma**2
+    return total
+
+
+def trials(start: Fit, given: Model, records: Sequence[Record]) -> list[Trial]:
+    """The shortlist: elements whose signatures explain most of the residual, each inserted and fitted."""
+    model, scales = start.model, scales_of(records, _gap(start, records))
+    at = tangent(model, records)
+    found = screen(model, [g for n in admissible(model, records, scales) for g in guesses(n, scales)], records, at)
+    best: dict[str, list[tuple[float, Element]]] = {}
+    for s in found:
+        if s.share > 0.0:
+            best.setdefault(s.trial.name, []).append((s.share, s.trial))
+    top = sorted(best.items(), key=lambda item: -item[1][0][0])[:_SHORTLIST]
+    fitted = [_fitted(model, given, name, starts, records, excess_of(start)) for name, starts in top]
+    return [t for t in fitted if t is not None]
+
+
+def _gap(fit: Fit, records: Sequence[Record]) -> float:
+    noise = np.sqrt(np.mean([r.sigma**2 for r in records]))
+    return float(np.sqrt(max(fit.rms**2 - noise**2, (0.1 * noise) ** 2)))
+
+
+def _fitted(
+    model: Model,
+    given: Model,
+    name: str,
+    starts: Sequence[tuple[float, Element]],
+    records: Sequence[Record],
+    before: float,
+) -> Trial | None:
+    """Fit from the start that promises most, and from a second one where that promises nearly as much."""
+    fits: list[Fit] = []
+    for start in _starts(model, given, starts):
+        with suppress(SimulationError):
+            fits.append(fit_records(start, records, max_iterations=_FIT_ITERATIONS))
+        if fits and excess_of(fits[-1]) < _AT_NOISE * fits[-1].samples:
+            break
+    if not fits:
+        return None
+    best = min(fits, key=lambda f: f.chi2)
+    own = best.model.elements[_last(best.model, name)]
+    return Trial(
+        name=name,
+        fit=best,
+        excess=excess_of(best),
+        contribution=contribution(best.model, name, records),
+        parameters=sum(not p.fixed for p in own.parameters),
+        screened=starts[0][0],
+        closed=max(before - excess_of(best), 0.0),
+    )
+
+
+def _starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:
+    """Where to fit from: the refitted base bent itself to hide the gap, the base as given did not, so both are tried."""
+    first, others = starts[0], [s for s in starts[1:] if s[0] > 0.5 * starts[0][0]]
+    second = others[0] if others else first
+    return [
+        model.with_element(first[1]),
+        given.with_element(first[1]),
+        *([model.with_element(second[1])] if others else []),
+    ]
+
+
+def _last(model: Model, name: str) -> int:
+    return max(i for i, e in enumerate(model.elements) if e.name == name)
+
+
+def choose(found: Sequence[Trial]) -> Trial | None:
+    """The simplest of those that explain the data as well as a canonical form can be expected to; None if none can be."""
+    physical = [t for t in found if not on_bound(t) and not contradicts_itself(t)]
+    if not physical:
+        return None
+    best = min(physical, key=lambda t: t.excess)
+    equal = [t for t in physical if t.excess <= best.excess + tolerance(best) + 10.0]
+    return min(equal, key=lambda t: (complexity(t), t.excess))
+
+
+def tolerance(trial: Trial) -> float:
+    """Whitened energy that the form of an element may be wrong by.
+
+    A share of its own contribution; of an element that mostly trades places with the base, only what it changed counts.
+    """
+    return FORM_TOLERANCE**2 * min(trial.contribution, _TRADE * trial.closed)
+
+
+def complexity(trial: Trial) -> float:
+    """Free parameters, and one more for a whole damping curve beside the one that the base has."""
+    return trial.parameters + (1.0 if trial.name in _CURVES else 0.0)
+
+
+def contradicts_itself(trial: Trial) -> bool:
+    """Whether the fit turned the element into something that its name denies: a Stribeck curve that doesn't fall."""
+    own = trial.fit.model.elements[_last(trial.fit.model, trial.name)]
+    return own.name == "stribeck_friction" and own.value("f_s") <= 1.05 * own.value("f_c")
+
+
+def on_bound(trial: Trial) -> bool:
+    """Whether the fit left the new element without effect: its strength or its only parameter on a bound."""
+    own = trial.fit.model.elements[_last(trial.fit.model, trial.name)]
+    vital = [
+        (p.value, spec.low if p.low is None else p.low, spec.high if p.high is None else p.high)
+        for p, spec in zip(own.parameters, own.spec.parameters, strict=True)
+        if not p.fixed and (own.name, spec.name) not in _OPTIONAL
+    ]
+    return any(value <= low or value >= high for value, low, high in vital) or trial.contribution <= 0.0
+
+
+def _add(state: Search, records: Sequence[Record]) -> Search | None:
+    found = trials(state.fit, _given(state), records)
+    chosen = choose(found)
+    if chosen is None:
+        return None
+    closed = (state.excess - chosen.excess) / state.excess
+    if closed < _CLOSES:
+        return None
+    move = Move(
+        kind="add",
+        name=chosen.name,
+        excess_before=state.excess,
+        excess_after=chosen.excess,
+        rivals=tuple(found),
+    )
+    return replace(
+        state,
+        fit=chosen.fit,
+        names=(*state.names, chosen.name),
+        excess=chosen.excess,
+        moves=(*state.moves, move),
+    )
+
+
+def _given(state: Search) -> Model:
+    """The base as it came, with the elements named since as they were fitted."""
+    model = state.given
+    for name in state.names:
+        model = model.with_element(state.fit.model.elements[_last(state.fit.model, name)])
+    return model
+
+
+def _settle(state: Search, records: Sequence[Record]) -> Search:
+    """Swap each name for a better one, given all the others, and drop those that the others have made needless."""
+    for name in state.names:
+        rest = fit_records(state.fit.model.without(name), records, max_iterations=_FIT_ITERATIONS)
+        others = tuple(n for n in state.names if n != name)
+        form = FORM_TOLERANCE**2 * contribution(state.fit.model, name, records)
+        if excess_of(rest) <= state.excess + form + 10.0:
+            state = replace(
+                state,
+                fit=rest,
+                names=others,
+                excess=excess_of(rest),
+                moves=(*state.moves, Move(kind="drop", name=name, excess_before=state.excess,
+                                          excess_after=excess_of(rest), rivals=())),
+            )  # fmt: skip
+            continue
+        found = trials(rest, _given(state).without(name), records)
+        best = choose(found)
+        if best is not None and best.name != name and best.excess < state.excess - tolerance(best) - 10.0:
+            move = Move(
+                kind="swap", name=f"{name} → {best.name}", excess_before=state.excess,
+                excess_after=best.excess, rivals=tuple(found),
+            )  # fmt: skip
+            state = replace(
+                state, fit=best.fit, names=(*others, best.name), excess=best.excess, moves=(*state.moves, move)
+            )
+    return state

@@ -1,0 +1,115 @@
+"""Signatures: what an element would add to the simulation that no refit of the present model could absorb."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.errors import SimulationError
+from identification.fitting.leastsquares import Evaluation, evaluate, free_parameters, predict
+from identification.physical.model import Element, Model
+from identification.record import Record
+
+Floats = NDArray[np.float64]
+
+_RANK = 1e-7  # directions of the tangent weaker than this share of the strongest are rounding
+_VISIBLE = 1e-3  # a signature of which less than this share is its own can't be told from a refit
+
+
+@dataclass(frozen=True, slots=True)
+class Tangent:
+    """Present model on all records, whitened: residual (M,) and an orthonormal basis (M, K) of what a refit can absorb."""
+
+    residual: Floats
+    basis: Floats
+    weights: tuple[float, ...]
+    base: tuple[Floats, ...]  # simulated force per record, N
+
+    def project(self, columns: Floats) -> Floats:
+        """Columns (M, L) less what a refit of the present model would absorb."""
+        return columns - self.basis @ (self.basis.T @ columns)
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """How much of the whitened residual energy one trial element explains, before any fit; `share` in 0 … 1."""
+
+    trial: Element
+    share: float
+    own: float  # share of the signature that is its own
+
+
+def tangent(model: Model, records: Sequence[Record]) -> Tangent:
+    """Whitened residual and tangent space of a fitted model."""
+    free = free_parameters(model, records)
+    here = evaluate(model, records, free)
+    weights = tuple(1.0 / r.sigma for r in records)
+    jacobian = _stack(here.gradients, weights)
+    residual = _stack_one(here.residuals, weights)
+    base = tuple(r.measured - e for r, e in zip(records, here.residuals, strict=True))
+    return Tangent(residual, orthonormal(jacobian), weights, base)
+
+
+def orthonormal(columns: Floats) -> Floats:
+    """Orthonormal basis of the span of `columns`, (M, K) with K ≤ their number, through their scaled Gram matrix."""
+    norms = np.linalg.norm(columns, axis=0)
+    columns = columns[:, norms > 0.0] / norms[norms > 0.0]
+    if columns.shape[1] == 0:
+        return columns
+    for _ in range(2):  # a Gram matrix squares the condition: the second pass restores orthogonality
+        values, vectors = np.linalg.eigh(columns.T @ columns)
+        keep = values > _RANK**2 * values[-1]
+        columns = columns @ (vectors[:, keep] / np.sqrt(values[keep]))
+    return columns
+
+
+def signature(model: Model, trial: Element, records: Sequence[Record], at: Tangent) -> Signature:
+    """Share of the residual that the trial, in its best strength and nearby shape, would explain."""
+    grown = model.with_element(trial)
+    free = free_parameters(grown, records)
+    own = np.array([e is trial for e, _ in grown.slots()])
+    columns = []
+    try:
+        for record, base, weight in zip(records, at.base, at.weights, strict=True):
+            force, gradient = predict(grown, record, gradient=True)
+            assert gradient is not None
+            columns.append(weight * np.column_stack([force - base, gradient[:, own & free]]))
+    except SimulationError:
+        return Signature(trial, 0.0, 0.0)
+    stacked = np.concatenate(columns)
+    norms = np.linalg.norm(stacked, axis=0)
+    stacked = stacked[:, norms > 0.0] / norms[norms > 0.0]
+    if stacked.shape[1] == 0:
+        return Signature(trial, 0.0, 0.0)
+    left = at.project(stacked)
+    visible = np.linalg.norm(left, axis=0)
+    left = left[:, visible > _VISIBLE]
+    if left.shape[1] == 0:
+        return Signature(trial, 0.0, float(np.max(visible)))
+    basis = orthonormal(left)
+    share = float(np.sum((basis.T @ at.residual) ** 2) / max(float(at.residual @ at.residual), 1e-300))
+    return Signature(trial, share, float(visible[0]))
+
+
+def screen(model: Model, trials: Sequence[Element], records: Sequence[Record], at: Tangent) -> list[Signature]:
+    """Signatures of all trials, the most telling first."""
+    with ThreadPoolExecutor(2) as pool:
+        found = list(pool.map(lambda trial: signature(model, trial, records, at), trials))
+    return sorted(found, key=lambda s: -s.share)
+
+
+def _stack(columns: Sequence[Floats], weights: Sequence[float]) -> Floats:
+    return np.concatenate([w * c for w, c in zip(weights, columns, strict=True)])
+
+
+def _stack_one(residuals: Sequence[Floats], weights: Sequence[float]) -> Floats:
+    return np.concatenate([w * r for w, r in zip(weights, residuals, strict=True)])
+
+
+def whitened(evaluation: Evaluation, records: Sequence[Record]) -> Floats:
+    """Residuals of an evaluation in units of each record's noise, (M,)."""
+    return _stack_one(evaluation.residuals, [1.0 / r.sigma for r in records])

@@ -1,0 +1,240 @@
+"""Nonlinear least squares over several records: Levenberg–Marquardt with exact gradients inside physical bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.errors import SimulationError
+from identification.physical.elements import Code
+from identification.physical.model import Element, Model, Parameter
+from identification.physical.simulate import simulate, without_hum
+from identification.record import Record
+
+Floats = NDArray[np.float64]
+
+_SHRINK = 5.0  # a parameter that must stay above zero may lose at most this factor in a step
+_RUNAWAY = 1e100  # a gradient that squares to infinity
+_WORKERS = 2  # the solver releases the interpreter lock
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fit:
+    """A fitted model and how far it can be trusted.
+
+    `residuals` are measured minus simulated, N, one array per record's window. `covariance` (K, K) is that of the free
+    parameters in the units of the model, scaled by the misfit where that exceeds the noise. `converged` is False with
+    a `reason` when the search stopped early: a result, not an exception.
+    """
+
+    model: Model
+    residuals: tuple[Floats, ...]
+    rms: float
+    chi2: float
+    samples: int
+    covariance: Floats
+    jacobian_gram: Floats
+    iterations: int
+    converged: bool
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """Residuals and, per record, the gradient by the free parameters."""
+
+    residuals: tuple[Floats, ...]
+    gradients: tuple[Floats, ...]
+
+
+def predict(model: Model, record: Record, *, gradient: bool = False) -> tuple[Floats, Floats | None]:
+    """Simulated force in the record's window, (M,), N, and, where asked, its gradient (M, P).
+
+    Mains hum has a phase of its own in every run: it is set to the one that fits this record best.
+    """
+    if model.has("mains_hum"):
+        model = in_phase(model, record)
+    response = simulate(model, record.motion, gradient=gradient)
+    full = response.gradient
+    return response.force[record.window], None if full is None else full[record.window]
+
+
+def in_phase(model: Model, record: Record) -> Model:
+    """The model with the phase of its mains hum as it is in `record`."""
+    rest = record.force - simulate(without_hum(model), record.motion).force
+    elements = [Element(e.name, _turned(e, rest, record)) if e.spec.code == Code.HUM else e for e in model.elements]
+    return replace(model, elements=tuple(elements))
+
+
+def _turned(hum: Element, rest: Floats, record: Record) -> tuple[Parameter, ...]:
+    turn = 2.0 * np.pi * hum.value("frequency") * record.motion.t[record.window]
+    late = rest[record.window]
+    phase = float(np.arctan2(np.dot(late, np.cos(turn)), np.dot(late, np.sin(turn))))
+    amplitude, frequency, old = hum.parameters
+    return amplitude, frequency, replace(old, value=phase)
+
+
+def evaluate(model: Model, records: Sequence[Record], free: NDArray[np.bool_]) -> Evaluation:
+    """Residuals (M,), N, and gradients of the force (M, K) for every record, computed in parallel.
+
+    Raises
+    ------
+    SimulationError
+        when the model gives no finite force on one of the records.
+    """
+
+    def one(record: Record) -> tuple[Floats, Floats]:
+        force, gradient = predict(model, record, gradient=True)
+        assert gradient is not None
+        gradient = gradient[:, free]
+        if not np.max(np.abs(gradient), initial=0.0) < _RUNAWAY:
+            raise SimulationError(f"'{model.name}' runs away on {record.name}: its gradient overflows")
+        return record.measured - force, gradient
+
+    if len(records) == 1:
+        pairs = [one(records[0])]
+    else:
+        with ThreadPoolExecutor(_WORKERS) as pool:
+            pairs = list(pool.map(one, records))
+    return Evaluation(tuple(r for r, _ in pairs), tuple(g for _, g in pairs))
+
+
+def free_parameters(model: Model, records: Sequence[Record]) -> NDArray[np.bool_]:
+    """Which parameters these records can move, (P,): not the fixed ones, not those of a signal that none of them has."""
+    current = any(r.has_current for r in records)
+    free = model.free()
+    for k, (e, index) in enumerate(model.slots()):
+        name = e.spec.parameters[index].name
+        if name in ("c_control", "alpha_control") and not current:
+            free[k] = False
+        if e.spec.code == Code.HUM and name == "phase":
+            free[k] = False
+    return free
+
+
+def fit_records(
+    model: Model,
+    records: Sequence[Record],
+    *,
+    max_iterations: int = 40,
+    tolerance: float = 1e-5,
+    on_step: Callable[[int, float], None] | None = None,
+) -> Fit:
+    """Fit the free parameters of `model` to all records at once, each weighted by its own noise.
+
+    Minimises Σ ‖(F − M(θ))/σ‖² by Levenberg–Marquardt with Marquardt's scaling and a projected active set for the
+    bounds. Stops when a step promises less than `tolerance` of the cost twice running.
+    """
+    free = free_parameters(model, records)
+    weights = [1.0 / r.sigma for r in records]
+    theta = model.values()
+    low, high = (b[free] for b in model.bounds())
+    current = evaluate(model, records, free)
+    cost = _cost(current, weights)
+    damping, quiet, reason, converged, iteration = 1e-3, 0, "the iteration limit was reached", False, 0
+    solve = partial(_bounded_step, low=low, high=high)
+    while iteration < max_iterations and not converged:
+        iteration += 1
+        gram, slope = _normal(current, weights)
+        accepted, gain = False, 0.0
+        for _ in range(8):
+            step = solve(theta[free], gram, slope, damping)
+            if not np.any(step):
+                break
+            trial = theta.copy()
+            trial[free] = np.clip(theta[free] + step, low, high)  # the sum may round past a bound
+            try:
+                candidate = evaluate(model.with_values(trial), records, free)
+                new = _cost(candidate, weights)
+            except SimulationError:
+                new = np.inf
+            if new < cost:
+                accepted, gain = True, (cost - new) / cost
+                theta, current, cost = trial, candidate, new
+                damping = max(damping / 6.0, 1e-9)
+                break
+            if float(-step @ gram @ step + 2.0 * slope @ step) < 0.1 * tolerance * cost:
+                break
+            damping *= 5.0
+        quiet = 0 if accepted and gain > tolerance else quiet + 1
+        converged = quiet >= 2 or not accepted
+        if on_step is not None:
+            on_step(iteration, cost)
+    if converged:
+        reason = "no step lowers the misfit any further"
+    return _result(model.with_values(theta), current, weights, free, iteration, converged, reason)
+
+
+def _cost(evaluation: Evaluation, weights: Sequence[float]) -> float:
+    return float(sum(np.dot(r, r) * w * w for r, w in zip(evaluation.residuals, weights, strict=True)))
+
+
+def _normal(evaluation: Evaluation, weights: Sequence[float]) -> tuple[Floats, Floats]:
+    """Gram matrix (K, K) and slope (K,) of the weighted problem."""
+    width = evaluation.gradients[0].shape[1]
+    gram, slope = np.zeros((width, width)), np.zeros(width)
+    for g, r, w in zip(evaluation.gradients, evaluation.residuals, weights, strict=True):
+        gram += w * w * (g.T @ g)
+        slope += w * w * (g.T @ r)
+    return gram, slope
+
+
+def _bounded_step(theta: Floats, gram: Floats, slope: Floats, damping: float, *, low: Floats, high: Floats) -> Floats:
+    """Damped Gauss–Newton step that stays within bounds: what would leave them is held, the others solve again."""
+    active = ((theta <= low) & (slope < 0.0)) | ((theta >= high) & (slope > 0.0))
+    move = ~active & (np.diag(gram) > 0.0)
+    step = np.zeros_like(theta)
+    if np.any(move):
+        scale = np.sqrt(np.diag(gram)[move])
+        scaled = gram[np.ix_(move, move)] / np.outer(scale, scale)
+        scaled[np.diag_indices_from(scaled)] += damping
+        step[move] = np.linalg.solve(scaled, slope[move] / scale) / scale
+    # What must stay positive approaches zero by factors, and lands on a bound only where zero is a meaning of its own.
+    positive = (low > 0.0) & (theta > low)
+    nearest = np.where(positive, theta / _SHRINK, low)
+    return np.clip(theta + step, np.maximum(low, nearest), high) - theta
+
+
+def _result(
+    model: Model,
+    evaluation: Evaluation,
+    weights: Sequence[float],
+    free: NDArray[np.bool_],
+    iterations: int,
+    converged: bool,
+    reason: str,
+) -> Fit:
+    gram, _ = _normal(evaluation, weights)
+    chi2 = _cost(evaluation, weights)
+    samples = sum(r.size for r in evaluation.residuals)
+    excess = max(chi2 / max(samples - int(free.sum()), 1), 1.0)
+    covariance = excess * _inverse(gram)
+    std = np.full(free.size, np.nan)
+    std[free] = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    total = sum(float(np.dot(r, r)) for r in evaluation.residuals)
+    return Fit(
+        model=model.with_std(std),
+        residuals=evaluation.residuals,
+        rms=float(np.sqrt(total / samples)),
+        chi2=chi2,
+        samples=samples,
+        covariance=covariance,
+        jacobian_gram=gram,
+        iterations=iterations,
+        converged=converged,
+        reason=reason,
+    )
+
+
+def _inverse(gram: Floats) -> Floats:
+    """Inverse of a Gram matrix in its own scaling; directions that the data don't see get a huge variance, not a nan."""
+    scale = np.sqrt(np.where(np.diag(gram) > 0.0, np.diag(gram), 1.0))
+    values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
+    inverse = (vectors / np.maximum(values, 1e-12)) @ vectors.T
+    out: Floats = inverse / np.outer(scale, scale)
+    return out

@@ -1,0 +1,105 @@
+"""How much of a force no model can explain: the noise floor, from what does not repeat."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+Floats = NDArray[np.float64]
+
+_TONE_RATIO = 25.0  # a bin this far above the median of its neighbours is a tone: by chance 3e-8 of bins are
+_TONE_NEIGHBOURS = 101
+
+
+def between_periods(periods: Floats) -> tuple[float, list[float]]:
+    """Noise of a periodic force from the differences between its periods, without drift and without foreign tones.
+
+    Parameters
+    ----------
+    periods : (P, N) float64, N, P ≥ 2
+
+    Returns
+    -------
+    sigma : standard deviation, N
+    tones : frequencies in cycles per sample of lines that are no noise and not of the period (mains hum)
+    """
+    count, n = periods.shape
+    rest = periods - periods.mean(axis=1, keepdims=True)
+    rest = (rest - rest.mean(axis=0)).ravel()
+    power = np.abs(np.fft.rfft(rest)) ** 2
+    power[0] = 0.0
+    comb = np.arange(power.size) % count == 0  # the lines of the period itself: removed with the mean
+    local = np.where(comb, np.nan, power)
+    level = _running_median(local)
+    tone = ~comb & (power > _TONE_RATIO * level)
+    tone |= ~comb & (np.roll(tone, 1) | np.roll(tone, -1)) & (power > 8.0 * level)
+    quiet = ~comb & ~tone
+    variance = float(np.mean(power[quiet])) / rest.size if np.any(quiet) else 0.0
+    frequencies = np.arange(power.size) / rest.size
+    peaks = [float(frequencies[k]) for k in np.flatnonzero(tone) if power[k] == power[max(k - 2, 0) : k + 3].max()]
+    return float(np.sqrt(variance)), peaks
+
+
+def _running_median(power: Floats) -> Floats:
+    valid = np.flatnonzero(np.isfinite(power))
+    if valid.size == 0:
+        return np.zeros_like(power)
+    size = min(_TONE_NEIGHBOURS, 2 * (valid.size // 2) + 1)
+    medians = median_filter(power[valid], size=size, mode="nearest")
+    return np.interp(np.arange(power.size), valid, medians)
+
+
+def from_cycles(force: Floats, displacement: Floats, sample_rate_hz: float) -> float | None:
+    """Noise of a force under a near-sinusoidal motion, N: what is left after every harmonic of the motion is taken out.
+
+    None where the motion is no steady sine, or is too short for it.
+    """
+    n = force.size
+    t = np.arange(n) / sample_rate_hz
+    f0 = _fundamental(displacement, sample_rate_hz)
+    if f0 is None or n * f0 / sample_rate_hz < 6.0:
+        return None
+    count = int(min(40, 0.45 * sample_rate_hz / f0, n / 8))
+    basis = _harmonics(t, f0, count)
+    rest = force - basis @ np.linalg.lstsq(basis, force, rcond=None)[0]
+    return float(np.sqrt(np.sum(rest**2) / max(n - basis.shape[1], 1)))
+
+
+def _fundamental(x: Floats, sample_rate_hz: float) -> float | None:
+    """Frequency of a steady sine by least squares around its strongest line, Hz."""
+    n = x.size
+    centred = x - x.mean()
+    power = np.abs(np.fft.rfft(centred * np.hanning(n))) ** 2
+    k = int(np.argmax(power))
+    if k < 2:
+        return None
+    t = np.arange(n) / sample_rate_hz
+    best, share = 0.0, np.inf
+    span = 1.0
+    centre = float(k)
+    for _ in range(4):
+        for q in np.linspace(centre - span, centre + span, 21):
+            basis = _harmonics(t, q * sample_rate_hz / n, 3)
+            rest = centred - basis @ np.linalg.lstsq(basis, centred, rcond=None)[0]
+            value = float(np.sum(rest**2) / np.sum(centred**2))
+            if value < share:
+                best, share = float(q), value
+        centre, span = best, span / 8.0
+    return best * sample_rate_hz / n if share < 0.02 else None
+
+
+def _harmonics(t: Floats, f0: float, count: int) -> Floats:
+    turn = 2.0 * np.pi * f0 * t[:, None] * np.arange(1, count + 1)
+    return np.concatenate([np.ones((t.size, 1)), np.cos(turn), np.sin(turn)], axis=1)
+
+
+def high_frequency(signal: Floats) -> float:
+    """Noise of any record, in its own unit: white noise of the level seen in the upper quarter of its spectrum.
+
+    The median of that band is taken, so that single lines and the tails of sharp events count little.
+    """
+    n = signal.size
+    power = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(n))) ** 2
+    top = power[3 * power.size // 4 : -1]
+    return float(np.sqrt(np.median(top) / np.log(2.0) / (0.375 * n)))

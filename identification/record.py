@@ -1,0 +1,231 @@
+"""A run made ready for identification: clean inputs, the window that counts, and the noise floor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from identification.derivatives import Kinematics, periodic_kinematics, smooth_kinematics
+from identification.errors import DataError
+from identification.noise import between_periods, from_cycles, high_frequency
+from identification.physical.motion import Motion
+from rigctl.runfile import Run
+
+Floats = NDArray[np.float64]
+
+ROOM_TEMPERATURE_DEGC = 25.0  # where a run has none
+_MIN_SAMPLES = 64
+_REPEATABLE_FLOOR = 2e-4  # of rms force: no rig repeats itself, and no solver is exact, beyond this
+_SETTLED = 1.5  # a period is settled when it differs from those after it by no more than this multiple of the noise
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Record:
+    """One run as identification sees it.
+
+    `window` selects the samples that count: without the transient periods of a periodic run, or the edges of another.
+    `sigma` is the rms, N, that no model can explain. `route` says in words how it and the derivatives were found.
+    """
+
+    name: str
+    motion: Motion
+    force: Floats  # (N,), N, whole run
+    window: slice
+    period: int
+    sigma: float
+    has_current: bool
+    has_temperature: bool
+    route: str
+    bandwidth_hz: float
+    tones_hz: tuple[float, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+    kind: str = "custom"
+
+    @property
+    def dt(self) -> float:
+        """Sample interval, s."""
+        return self.motion.dt
+
+    @property
+    def measured(self) -> Floats:
+        """Measured force within the window, (M,), N."""
+        return self.force[self.window]
+
+
+def compact(record: Record, foreign: Floats | None = None) -> Record:
+    """The mean settled period of a periodic record, for a search that looks at what repeats; other records as they are.
+
+    Time and temperature become their means over the periods, so that a drift still has its exact share. `foreign`, (N,),
+    N, is taken from the force first (mains hum, which the mean would only blur).
+    """
+    force = record.force if foreign is None else record.force - foreign
+    if not record.period:
+        return replace(record, force=force)
+    motion, period, start = record.motion, record.period, record.window.start
+    count = (record.window.stop - start) // period
+    head = motion.head(start + period)
+    time, temperature = head.t.copy(), head.temperature.copy()
+    time[start:] = motion.t[record.window].reshape(count, period).mean(axis=0)
+    temperature[start:] = float(np.mean(motion.temperature[record.window]))
+    temperature[:start] = temperature[-1]
+    mean = force[record.window].reshape(count, period).mean(axis=0)
+    floor = _REPEATABLE_FLOOR * float(np.sqrt(np.mean(mean**2)))
+    return replace(
+        record,
+        motion=replace(head, t=time, temperature=temperature),
+        force=np.concatenate([force[:start], mean]),
+        window=slice(start, start + period),
+        sigma=float(np.hypot(record.sigma / np.sqrt(count), floor)),
+    )
+
+
+def record_from_run(run: Run) -> Record:
+    """Prepare a run.
+
+    Raises
+    ------
+    DataError
+        when the run lacks displacement or force, is too short, or its force or motion is frozen.
+    """
+    name = run.path.name if run.path is not None else run.run_id
+    for channel in ("displacement", "force"):
+        if channel not in run.channels:
+            raise DataError(f"{name}: no channel '{channel}': identification needs measured displacement and force")
+        if run.samples >= _MIN_SAMPLES and np.ptp(run.channels[channel]) == 0.0:
+            raise DataError(f"{name}: channel '{channel}' is frozen at {run.channels[channel][0]:g}: check its sensor")
+    if run.samples < _MIN_SAMPLES:
+        raise DataError(f"{name}: only {run.samples} samples: at least {_MIN_SAMPLES} are needed")
+    period = run.period_samples
+    if period >= 8 and run.samples >= 2 * period:
+        return _periodic(run, name, period)
+    return _free(run, name)
+
+
+def _periodic(run: Run, name: str, period: int) -> Record:
+    x, force = run.channels["displacement"], run.channels["force"]
+    count = run.samples // period
+    drop = _settling_periods(force[: count * period].reshape(count, period))
+    kept = slice(drop * period, count * period)
+    periods = x[kept].reshape(count - drop, period)
+    kinematics = periodic_kinematics(periods, run.sample_rate_hz)
+    index = np.arange(count * period) % period
+    current = run.channels.get("current")
+    motion = Motion(
+        dt=1.0 / run.sample_rate_hz,
+        x=kinematics.x[index],
+        v=kinematics.v[index],
+        a=kinematics.a[index],
+        i=_mean_period(current, kept, period)[index] if current is not None else np.zeros(index.size),
+        temperature=_temperature(run)[: index.size],
+        t=np.arange(index.size) / run.sample_rate_hz,
+        period=period,
+        settle=drop,
+    )
+    tones: list[float] = []
+    if count - drop >= 2:
+        sigma, tones = between_periods(force[kept].reshape(count - drop, period))
+        route = f"{count - drop} periods of {period} samples averaged, noise from their differences"
+    else:
+        sigma = high_frequency(force[kept])
+        route = f"one settled period of {period} samples, noise from the upper quarter of the spectrum"
+    return Record(
+        name=name,
+        motion=motion,
+        force=force[: index.size],
+        window=kept,
+        period=period,
+        sigma=_at_least(sigma, force),
+        has_current=_varies(current),
+        has_temperature="temperature" in run.channels,
+        route=route,
+        bandwidth_hz=kinematics.bandwidth_hz,
+        tones_hz=tuple(q * run.sample_rate_hz for q in tones),
+        notes=_notes(run, kinematics),
+        kind=run.excitation_kind,
+    )
+
+
+def _free(run: Run, name: str) -> Record:
+    x, force = run.channels["displacement"], run.channels["force"]
+    kinematics = smooth_kinematics(x, run.sample_rate_hz)
+    current = run.channels.get("current")
+    n = run.samples
+    motion = Motion(
+        dt=1.0 / run.sample_rate_hz,
+        x=kinematics.x,
+        v=kinematics.v,
+        a=kinematics.a,
+        i=current.copy() if current is not None else np.zeros(n),
+        temperature=_temperature(run),
+        t=np.arange(n) / run.sample_rate_hz,
+    )
+    edge = int(np.clip(run.sample_rate_hz / kinematics.bandwidth_hz, 4, n // 20))
+    window = slice(edge, n - edge)
+    sigma = from_cycles(force[window], x[window], run.sample_rate_hz)
+    how = "what is left beside the harmonics of the motion"
+    if sigma is None:
+        sigma, how = high_frequency(force[window]), "the upper quarter of the spectrum"
+    return Record(
+        name=name,
+        motion=motion,
+        force=force,
+        window=window,
+        period=0,
+        sigma=_at_least(sigma, force),
+        has_current=_varies(current),
+        has_temperature="temperature" in run.channels,
+        route=f"no whole periods: derivatives up to {kinematics.bandwidth_hz:.3g} Hz, noise from {how}",
+        bandwidth_hz=kinematics.bandwidth_hz,
+        notes=_notes(run, kinematics),
+        kind=run.excitation_kind,
+    )
+
+
+def _settling_periods(periods: Floats) -> int:
+    """How many leading periods are transient: the first always, then all that still differ from the last half."""
+    count = periods.shape[0]
+    late = periods[count // 2 :]
+    reference = late.mean(axis=0)
+    noise = float(np.sqrt(np.mean((late - reference) ** 2))) * np.sqrt(late.shape[0] / max(late.shape[0] - 1, 1))
+    drop = 1
+    while drop < count // 2 and np.sqrt(np.mean((periods[drop] - reference) ** 2)) > _SETTLED * noise * 1.5:
+        drop += 1
+    return drop
+
+
+def _mean_period(values: Floats, kept: slice, period: int) -> Floats:
+    mean: Floats = values[kept].reshape(-1, period).mean(axis=0)
+    return mean
+
+
+def _temperature(run: Run) -> Floats:
+    """Body temperature without its sensor's noise, (N,), °C: a body of metal does not change within a second."""
+    raw = run.channels.get("temperature")
+    if raw is None:
+        return np.full(run.samples, ROOM_TEMPERATURE_DEGC)
+    width = max(3, min(int(run.sample_rate_hz), run.samples // 4))
+    return np.asarray(uniform_filter1d(raw, width, mode="nearest"))
+
+
+def _varies(current: Floats | None) -> bool:
+    return current is not None and bool(np.any(current != 0.0))
+
+
+def _at_least(sigma: float, force: Floats) -> float:
+    """A noise-free record (a simulation) still has the rounding of its numbers and of its solver."""
+    return max(sigma, 1e-6 * float(np.sqrt(np.mean(force**2))), np.finfo(np.float64).tiny)
+
+
+def _notes(run: Run, kinematics: Kinematics) -> tuple[str, ...]:
+    """What a test engineer should know of the channels before believing any result."""
+    notes = []
+    for channel, unit in (("force", "N"), ("displacement", "m")):
+        values = run.channels[channel]
+        for extreme in (values.max(), values.min()):
+            share = float(np.mean(values == extreme))
+            if share > 0.01 and np.unique(values[:2000]).size > 50:
+                notes.append(f"{channel} sits at {extreme:.4g} {unit} for {100 * share:.0f} % of the run: clipped?")
+    return tuple(notes)
