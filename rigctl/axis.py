@@ -21,6 +21,7 @@ STATE_S = 5.0
 CONNECT_S = 2.0
 STOP_S = 3.0
 POLL_S = 0.01
+UNPOWERED = (RigState.INIT, RigState.DISABLED, RigState.FAULT_DISABLED)
 
 
 class Axis:
@@ -28,6 +29,7 @@ class Axis:
 
     def __init__(self, transport: Transport, clock: Clock, *, stall_s: float) -> None:
         self._transport, self._clock, self._stall_s = transport, clock, stall_s
+        self._last: Status | None = None
         self.run_id = secrets.randbelow(0xFFFF) + 1  # never the one of the run before, which may still be in flight
 
     def identify(self) -> Identity:
@@ -42,7 +44,8 @@ class Axis:
         self._insist(lambda: self._transport.configure(configuration, CALL_S), STATE_S)
 
     def _command(self, control: Control) -> Status:
-        return self._insist(lambda: self._transport.command(control, self.run_id, CALL_S), STATE_S)
+        self._last = self._insist(lambda: self._transport.command(control, self.run_id, CALL_S), STATE_S)
+        return self._last
 
     def _reset(self) -> None:
         self._command(Control.DISABLE | Control.RESET)  # the bit's rising edge counts
@@ -54,7 +57,7 @@ class Axis:
         """Close the loop and travel to where the waveform begins."""
         self._command(Control.HOLD)
         self.await_state(RigState.HOLD)
-        self._insist(lambda: self._transport.direct(displacement_m, current_a, CALL_S), STATE_S)
+        self._last = self._insist(lambda: self._transport.direct(displacement_m, current_a, CALL_S), STATE_S)
         self._poll(lambda s: s.arrived, "travel to the start of the waveform")
 
     def activate(self) -> None:
@@ -81,7 +84,7 @@ class Axis:
     def dwell(self, seconds: float, sample_rate_hz: float, tell: Callable[[str], None]) -> None:
         """Rest for so long on the rig's own clock."""
         if seconds > 0:
-            target = self.status().sample_index + round(seconds * sample_rate_hz)
+            target = self._latest().sample_index + round(seconds * sample_rate_hz)
             self._watch(lambda s: s.sample_index >= target, lambda s: f"dwell of {seconds:g} s", tell)
 
     def await_temperature(
@@ -95,7 +98,7 @@ class Axis:
         """Wait until the damper has cooled into its gate; GateError where waiting cannot help."""
         if low_degc is None and high_degc is None:
             return
-        status = self.status()
+        status = self._latest()
         ends = status.sample_index + round(gate_s * sample_rate_hz)
 
         def passed(s: Status) -> bool:
@@ -116,7 +119,12 @@ class Axis:
         self._watch(passed, lambda s: f"cooling, {s.temperature_degc:.1f} °C", tell)
 
     def status(self) -> Status:
-        return self._insist(lambda: self._transport.status(CALL_S), STATE_S)
+        self._last = self._insist(lambda: self._transport.status(CALL_S), STATE_S)
+        return self._last
+
+    def _latest(self) -> Status:
+        """Give what the rig said last: asking again would let a clock that waits for the host go on."""
+        return self._last or self.status()
 
     def make_safe(self) -> None:
         """Stop within the rig's own limits, then disable; the rig is safe when this returns.
@@ -141,12 +149,10 @@ class Axis:
         ) from last
 
     def _stopped_and_disabled(self) -> bool:
-        state = self._transport.status(CALL_S).state
-        if state in (RigState.INIT, RigState.DISABLED, RigState.FAULT_DISABLED):
-            return True
-        want = Control.HOLD if state.moving else Control.DISABLE
-        state = self._transport.command(want, self.run_id, CALL_S).state
-        return state in (RigState.DISABLED, RigState.FAULT_DISABLED)
+        state = self._transport.command(Control.DISABLE, self.run_id, CALL_S).state
+        if state not in UNPOWERED:
+            state = self._transport.status(CALL_S).state
+        return state in UNPOWERED
 
     def _insist(self, call: Callable[[], _T], patience_s: float) -> _T:
         """Repeat a call that may be repeated until it succeeds or patience ends."""
@@ -163,8 +169,8 @@ class Axis:
 
     def _poll(self, reached: Callable[[Status], bool], what: str) -> Status:
         ends = self._clock.now() + 2 * STATE_S
+        status = self._latest()
         while True:
-            status = self.status()
             if status.faults:
                 raise RigFault(f"the rig refuses {what}: {describe(status.faults)}")
             if reached(status):
@@ -175,6 +181,7 @@ class Axis:
                     f"the rig is in {status.state.name}"
                 )
             self._clock.sleep(POLL_S)
+            status = self.status()
 
     def _watch(
         self,
@@ -183,7 +190,7 @@ class Axis:
         tell: Callable[[str], None],
     ) -> None:
         """Wait on the rig's clock: no limit but that this clock must go on."""
-        status = self.status()
+        status = self._latest()
         moved_at = self._clock.now()
         while not reached(status):
             tell(describe_wait(status))

@@ -212,10 +212,19 @@ def configuration_from(values: dict[str, Value]) -> Configuration:
     )
 
 
-BLOCK_SAMPLES: Final = 28
-CAPTURE_SAMPLES: Final = 11
-_SETPOINT = np.array(scaling.SETPOINT)
-_CAPTURE = np.array(scaling.CAPTURE)
+# A sample on the wire, as on CAN: what needs 32 bits has them, the rest has 16.
+_SETPOINT: Final = np.dtype([("displacement_m", ">i4"), ("current_a", ">i2")])
+_CAPTURE: Final = np.dtype(
+    [
+        ("force_n", ">i4"),
+        ("displacement_m", ">i4"),
+        ("current_a", ">i2"),
+        ("temperature_degc", ">i2"),
+        ("pressure_pa", ">u2"),
+    ]
+)
+BLOCK_SAMPLES: Final = 37  # 3 words each: FC23 writes at most 121 words
+CAPTURE_SAMPLES: Final = 16  # 7 words each: FC23 reads at most 125 words
 
 WRITE_HEADER: Final = Block(
     address=0x0200,
@@ -231,7 +240,7 @@ WRITE_HEADER: Final = Block(
         Register(name="crc", address=0x207, type="u32"),
     ),
 )
-WRITE_COUNT: Final = WRITE_HEADER.count + 4 * BLOCK_SAMPLES
+WRITE_COUNT: Final = WRITE_HEADER.count + 3 * BLOCK_SAMPLES
 END_OF_STREAM: Final = 1
 READ_HEADER: Final = Block(
     address=0x0300,
@@ -249,20 +258,27 @@ READ_HEADER: Final = Block(
     ),
 )
 REFUSED: Final = 0x8000
-READ_COUNT: Final = READ_HEADER.count + 10 * CAPTURE_SAMPLES
+READ_COUNT: Final = READ_HEADER.count + 7 * CAPTURE_SAMPLES
 
 
-def _to_words(values: NDArray[np.float64], lsb: NDArray[np.float64]) -> list[int]:
-    counts = np.rint(values / lsb)
-    if counts.size and np.max(np.abs(counts)) >= 2**31:
-        raise OverflowError("a sample does not fit 32 bits")
-    words: list[int] = counts.astype(">i4").reshape(-1).view(">u2").tolist()
+def _to_words(values: NDArray[np.float64], layout: np.dtype[np.void], lsb: Sequence[float]) -> list[int]:
+    packed = np.empty(values.shape[0], dtype=layout)
+    for column, (name, unit) in enumerate(zip(layout.names or (), lsb, strict=True)):
+        counts = np.rint(values[:, column] / unit)
+        room = np.iinfo(layout[name])
+        if counts.size and not (counts.min() >= room.min and counts.max() <= room.max):
+            raise OverflowError(f"{name}: a sample does not fit {layout[name].itemsize * 8} bits")
+        packed[name] = counts
+    words: list[int] = packed.view(">u2").tolist()
     return words
 
 
-def _from_words(words: Sequence[int], lsb: NDArray[np.float64]) -> NDArray[np.float64]:
-    counts = np.array(words, dtype=">u2").view(">i4").reshape(-1, lsb.size)
-    return counts * lsb
+def _from_words(words: Sequence[int], layout: np.dtype[np.void], lsb: Sequence[float]) -> NDArray[np.float64]:
+    packed = np.array(words, dtype=">u2").view(layout)
+    values = np.empty((packed.size, len(lsb)))
+    for column, (name, unit) in enumerate(zip(layout.names or (), lsb, strict=True)):
+        values[:, column] = packed[name] * unit
+    return values
 
 
 def crc32(words: Sequence[int]) -> int:
@@ -276,7 +292,7 @@ def _seal(block: Block, values: Mapping[str, Value], body: list[int]) -> list[in
     return head + body
 
 
-def sealed(block: Block, words: Sequence[int], words_per_sample: int) -> tuple[dict[str, Value], list[int]] | None:
+def _opened(block: Block, words: Sequence[int], words_per_sample: int) -> tuple[dict[str, Value], list[int]] | None:
     """Open a window: header and samples, or None where the CRC or the count says that it is damaged."""
     head = block.decode(words[: block.count])
     count = int(head["samples"]) & 0xFF
@@ -293,7 +309,7 @@ def encode_write(block: SetpointBlock | None, run_id: int, captured: int, heartb
     samples = 0 if block is None else block.samples
     body: list[int] = []
     if block is not None:
-        body = _to_words(np.column_stack([block.displacement_m, block.current_a]), _SETPOINT)
+        body = _to_words(np.column_stack([block.displacement_m, block.current_a]), _SETPOINT, scaling.SETPOINT)
     values: dict[str, Value] = {
         "sequence": 0 if block is None else block.sequence,
         "samples": samples,
@@ -317,13 +333,13 @@ class WriteWindow:
 
 def decode_write(words: Sequence[int]) -> WriteWindow | None:
     """Read the write window; None where it is damaged."""
-    opened = sealed(WRITE_HEADER, words, 4)
+    opened = _opened(WRITE_HEADER, words, 3)
     if opened is None:
         return None
     head, body = opened
     block = None
     if body:
-        values = _from_words(body, _SETPOINT)
+        values = _from_words(body, _SETPOINT, scaling.SETPOINT)
         block = SetpointBlock(
             run_id=int(head["run_id"]),
             sequence=int(head["sequence"]),
@@ -347,17 +363,19 @@ def encode_read(head: Mapping[str, Value], capture: CaptureBlock, refused: bool)
         "samples": capture.samples | (REFUSED if refused else 0),
         "run_id": capture.run_id,
     }
-    words = _seal(READ_HEADER, values, _to_words(capture.values, _CAPTURE))
+    words = _seal(READ_HEADER, values, _to_words(capture.values, _CAPTURE, scaling.CAPTURE))
     return words + [0] * (READ_COUNT - len(words))
 
 
 def decode_read(words: Sequence[int]) -> tuple[dict[str, Value], CaptureBlock, bool] | None:
     """Read the read window: header, captured samples, last block refused or not; None where damaged."""
-    opened = sealed(READ_HEADER, words, 10)
+    opened = _opened(READ_HEADER, words, 7)
     if opened is None:
         return None
     head, body = opened
     capture = CaptureBlock(
-        run_id=int(head["run_id"]), first_index=int(head["first_index"]), values=_from_words(body, _CAPTURE)
+        run_id=int(head["run_id"]),
+        first_index=int(head["first_index"]),
+        values=_from_words(body, _CAPTURE, scaling.CAPTURE),
     )
     return head, capture, bool(int(head["samples"]) & REFUSED)

@@ -20,7 +20,7 @@ HYPERBOLIC: Final = 3
 
 # Places in the state vector.
 Z, W, U, BODY, TRAVEL, SIGN, DAHL, LOOP, LEAK, CAVITY, MAXWELL, EXTENSION, PLAY_1, PLAY_2, PLAY_3 = range(15)
-STUCK, PEAK, CURRENT_AT, FORCE_AT, TIME, FORCE = range(15, 21)
+STUCK, PEAK, CURRENT_AT, FORCE_AT, TIME, FORCE, SLOPE = range(15, 22)
 RINGS: Final = 32
 RING: Final = 2048
 STATE: Final = RINGS + 2 * RING
@@ -307,31 +307,27 @@ def _gap(
 
 @njit(cache=True)
 def solve(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], x: float, v: float, u: float, h: float) -> None:
-    """Find the core velocity at which core and mount carry the same force (bracketed regula falsi, Illinois)."""
+    """Find the core velocity at which core and mount carry the same force: secants, safe inside a bracket.
+
+    The surplus of the core's force over the mount's grows with the velocity. The first slope is that of the last step.
+    """
+    low, high = -1e3, 1e3
     a = s[W]
     ga = _gap(p, s, n, x, v, a, u, h)
-    reach = 1e-4 * p.scale_m_s + 0.2 * abs(v - a)
-    b = a - math.copysign(reach, ga)
-    gb = _gap(p, s, n, x, v, b, u, h)
-    for _ in range(60):
-        if ga * gb <= 0.0:
+    b = a - ga / s[SLOPE] if s[SLOPE] > 0.0 else a - math.copysign(1e-4 * p.scale_m_s, ga)
+    for k in range(200):
+        if abs(ga) <= 1e-3 or abs(b - a) <= 1e-13:
             break
-        a, ga = b, gb
-        reach *= 3.0
-        b = a - math.copysign(reach, ga)
+        low, high = (low, min(high, a)) if ga > 0.0 else (max(low, a), high)
+        if k > 12 or not low < b < high:  # far off, or a kink: halve what is left of a growing reach
+            reach = min(1e-3 * p.scale_m_s * 8.0**k, 1e3)
+            b = max(0.5 * (low + a), a - reach) if ga > 0.0 else min(0.5 * (high + a), a + reach)
         gb = _gap(p, s, n, x, v, b, u, h)
-    for _ in range(80):
-        if gb == ga:
-            break
-        m = b - gb * (b - a) / (gb - ga)
-        gm = _gap(p, s, n, x, v, m, u, h)
-        if abs(gm) <= 1e-4 or abs(b - a) <= 1e-13:
-            break
-        if gm * gb < 0.0:
-            a, ga = b, gb
-        else:
-            ga *= 0.5
-        b, gb = m, gm
+        slope = (gb - ga) / (b - a) if b != a else 0.0
+        if slope > 0.0:
+            n[SLOPE] = slope
+        a, ga = b, gb
+        b = a - ga / slope if slope > 0.0 else a - math.copysign(1e-3 * p.scale_m_s, ga)
 
 
 @njit(cache=True)

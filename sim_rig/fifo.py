@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -69,8 +70,8 @@ class CaptureStore:
     run_id: int = 0
     capacity: int = CAPTURE_SAMPLES
     first_index: int = 0
-    _blocks: list[NDArray[np.float64]] = field(default_factory=list)
     backlog: int = 0
+    _blocks: deque[NDArray[np.float64]] = field(default_factory=deque)
 
     @property
     def free(self) -> int:
@@ -78,19 +79,28 @@ class CaptureStore:
 
     def append(self, values: NDArray[np.float64]) -> None:
         """Add samples, (n, 5)."""
-        self._blocks.append(values)
-        self.backlog += values.shape[0]
+        if values.shape[0]:
+            self._blocks.append(values)
+            self.backlog += values.shape[0]
 
     def acknowledge(self, run_id: int, captured: int) -> None:
         """Forget what the host has; a number that it cannot have yet is ignored."""
         count = captured - self.first_index
-        if run_id == self.run_id and 0 < count <= self.backlog:
-            rest = np.concatenate(self._blocks)[count:]
-            self._blocks, self.backlog, self.first_index = [rest], rest.shape[0], captured
+        if run_id != self.run_id or not 0 < count <= self.backlog:
+            return
+        self.backlog, self.first_index = self.backlog - count, captured
+        while count:
+            head = self._blocks.popleft()
+            if count < head.shape[0]:
+                self._blocks.appendleft(head[count:])
+            count -= min(count, head.shape[0])
 
     def fetch(self, most: int) -> CaptureBlock:
         """Give the oldest samples that are not acknowledged."""
-        if len(self._blocks) > 1:
-            self._blocks = [np.concatenate(self._blocks)]
-        values = self._blocks[0][:most] if self._blocks else np.empty((0, 5))
-        return CaptureBlock(run_id=self.run_id, first_index=self.first_index, values=values)
+        parts, room = [np.empty((0, 5))], most
+        for block in self._blocks:
+            parts.append(block[:room])
+            room -= parts[-1].shape[0]
+            if not room:
+                break
+        return CaptureBlock(run_id=self.run_id, first_index=self.first_index, values=np.concatenate(parts))

@@ -10,6 +10,7 @@ from typing import cast
 
 from pymodbus.constants import ExcCodes
 from pymodbus.server import ModbusTcpServer
+from pymodbus.server.requesthandler import ServerRequestHandler
 from pymodbus.simulator import DataType, SimData, SimDevice
 
 from rigctl import modbus_map as table
@@ -81,6 +82,7 @@ class RegisterDevice:
             window.block, window.run_id, window.captured, window.heartbeat, table.CAPTURE_SAMPLES
         )
         self._refused = reply.refused
+        asyncio.get_running_loop().call_soon(self._rig.tick)  # play on while the answer is under way
 
     def _show(self, start: int, address: int, count: int, registers: list[int]) -> None:
         for block, words in self._blocks(address, count):
@@ -176,6 +178,18 @@ def registers() -> list[SimData]:
     ]
 
 
+class _Connection(ServerRequestHandler):
+    """Answers in the loop that received the request: pymodbus would wake itself through a socket first."""
+
+    def handle_later(self) -> None:
+        self._answering = asyncio.get_running_loop().create_task(self.handle_request())  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
+
+
+class _Server(ModbusTcpServer):
+    def callback_new_connection(self) -> ServerRequestHandler:
+        return _Connection(self, self.trace_packet, self.trace_pdu, self.trace_connect)  # type: ignore[no-untyped-call]
+
+
 async def serve_modbus(
     rig: SimulatedRig, host: str, port: int, stop: asyncio.Event, on_ready: Callable[[str], None]
 ) -> None:
@@ -188,7 +202,7 @@ async def serve_modbus(
     """
     logging.getLogger("pymodbus").addHandler(logging.NullHandler())
     device = SimDevice(id=table.UNIT, simdata=registers(), action=RegisterDevice(rig).access)
-    server = ModbusTcpServer(device, address=(host, port))
+    server = _Server(device, address=(host, port))
     try:
         await server.serve_forever(background=True)
     except (RuntimeError, OSError) as error:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numba import njit
@@ -21,7 +22,7 @@ SUPPLY_PA: Final = 21e6
 COMMAND, SPEED, CELL, RISING_X, RISING_F, CURRENT = range(6)
 
 
-@njit(cache=True)
+@njit(cache=False)  # cached, numba would not see a change of the kernels it calls in other files
 def play(
     machine: Actuator,
     specimen: Damper,
@@ -73,12 +74,15 @@ class _State:
     axis: NDArray[np.float64]
     body: NDArray[np.float64]
     own: NDArray[np.float64]
-    random: np.random.PCG64
+    random: np.random.Generator
 
-    def copy(self) -> _State:
-        random = np.random.PCG64()
-        random.state = self.random.state
-        return _State(self.axis.copy(), self.body.copy(), self.own.copy(), random)
+
+@dataclass(frozen=True, slots=True)
+class _Snapshot:
+    axis: NDArray[np.float64]
+    body: NDArray[np.float64]
+    own: NDArray[np.float64]
+    random: Mapping[str, Any]  # numpy's own form of a generator's state
 
 
 class SimulatedPlant:
@@ -93,7 +97,7 @@ class SimulatedPlant:
         self.set_rate(1000.0)
         body = np.zeros(damper.STATE)
         body[damper.BODY], body[damper.SIGN], body[damper.TRAVEL] = start_degc, 1.0, 1.0
-        self._state = _State(np.zeros(actuator.STATE), body, np.zeros(6), np.random.PCG64([seed, 0]))
+        self._state = _State(np.zeros(actuator.STATE), body, np.zeros(6), np.random.default_rng([seed, 0]))
 
     def set_rate(self, rate_hz: float) -> None:
         """Sample at another rate; the fine step stays near 1/16 ms."""
@@ -101,7 +105,7 @@ class SimulatedPlant:
 
     def begin_run(self) -> None:
         self._runs += 1
-        self._state.random = np.random.PCG64([self._seed, self._runs])
+        self._state.random = np.random.default_rng([self._seed, self._runs])
         self._state.body[damper.TIME] = 0.0
 
     def play(self, setpoints: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -118,11 +122,14 @@ class SimulatedPlant:
             self._fine,
             truth,
         )
-        return read(truth, self._noise, np.random.Generator(state.random))
+        return read(truth, self._noise, state.random)
 
     def snapshot(self) -> object:
-        return self._state.copy()
+        s = self._state
+        return _Snapshot(s.axis.copy(), s.body.copy(), s.own.copy(), s.random.bit_generator.state)
 
     def restore(self, snapshot: object) -> None:
-        assert isinstance(snapshot, _State)
-        self._state = snapshot
+        assert isinstance(snapshot, _Snapshot)
+        s = self._state
+        s.axis[:], s.body[:], s.own[:] = snapshot.axis, snapshot.body, snapshot.own
+        s.random.bit_generator.state = snapshot.random

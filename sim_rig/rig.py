@@ -73,7 +73,7 @@ class SimulatedRig:
         self._beat(heartbeat)
         refused = block is not None and not controller.accept(block)
         controller.acknowledge(run_id, captured)
-        if controller.state is RigState.ACTIVE or not self._pace.waits:
+        if controller.store.backlog < most and (controller.state is RigState.ACTIVE or not self._pace.waits):
             self._go_on()
         return self.reply(refused, most)
 
@@ -123,7 +123,7 @@ class SimulatedRig:
         silent = self._now() - self._beat_at
         if controller.state in POWERED and silent > controller.configuration.heartbeat_s:
             controller.fail(Fault.HEARTBEAT)
-        if not self._pace.waits or controller.state is RigState.FAULT_REACTION:
+        if not self._pace.waits or controller.state.moving:
             self._go_on()
 
     def _go_on(self) -> None:

@@ -62,9 +62,7 @@ def a_plain_file(path: Path, *, text: type = str, samples: int = 5) -> None:
         file.attrs["period_samples"] = np.uint8(0)
         for name in ("displacement", "force"):
             data = file.create_dataset(f"channels/{name}", data=np.arange(samples, dtype=float))
-            data.attrs["unit"] = (
-                np.bytes_(CHANNEL_UNITS[name][0]) if text is bytes else CHANNEL_UNITS[name][0]
-            )
+            data.attrs["unit"] = np.bytes_(CHANNEL_UNITS[name][0]) if text is bytes else CHANNEL_UNITS[name][0]
 
 
 def refusal(path: Path) -> str:
