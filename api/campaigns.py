@@ -23,7 +23,7 @@ class NewCampaign:
     Raises InputError, DesignError or UrlError: one line.
     """
 
-    __pydantic_config__: ClassVar[dict[str, Any]] = {"extra": "forbid", "strict": True}
+    __pydantic_config__: ClassVar[dict[str, Any]] = {"extra": "forbid"}
 
     name: str
     rig: str

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from excitation.errors import ExcitationError
 from identification.errors import IdentificationError
 from rigctl.errors import IdentityError, LimitError, RigError, RunFileError, TransportError, UrlError
+from sim_rig.errors import SimRigError, SpecimenError
 
 __all__ = [
     "Conflict",
@@ -76,7 +77,7 @@ class Outcome:
 _BAD_INPUT = Outcome(422, 2)
 
 # The first class that fits counts: the narrower stands above the wider.
-OUTCOMES: tuple[tuple[type[BaseException], Outcome], ...] = (
+OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (NotFound, Outcome(404, 2)),
     (Conflict, Outcome(409, 1)),
     (InputError, _BAD_INPUT),
@@ -88,9 +89,11 @@ OUTCOMES: tuple[tuple[type[BaseException], Outcome], ...] = (
     (UrlError, _BAD_INPUT),
     (LimitError, _BAD_INPUT),
     (RunFileError, _BAD_INPUT),
+    (SpecimenError, _BAD_INPUT),
     (IdentityError, Outcome(502, 1)),
     (TransportError, Outcome(504, 1)),
     (RigError, Outcome(502, 1)),
+    (SimRigError, Outcome(502, 1)),
     (OSError, Outcome(500, 1)),
 )
 

@@ -56,16 +56,12 @@ class Leased:
                 .values(expires_at_s=0.0)
             )
 
-    def close_left_open(self) -> tuple[Campaign, ...]:
-        """Close as failed what a worker that died left running on this rig, and return it."""
-        now = self.store.clock()
+    def left_open(self) -> tuple[Campaign, ...]:
+        """What runs on this rig in the store though no worker can be playing it: its worker died."""
         mine = (campaigns.c.rig == self.lease.rig) & (campaigns.c.state == CampaignState.RUNNING)
         with writing(self.store.engine) as connection:
-            self._hold(connection, now)
+            self._hold(connection, self.store.clock())
             numbers = connection.scalars(select(campaigns.c.number).where(mine)).all()
-            for number in numbers:
-                reason = "the worker that ran it gave no sign of life before its lease ended"
-                end_campaign(connection, number, CampaignState.FAILED, reason, now)
             return tuple(read_campaign(connection, campaigns.c.number == number) for number in numbers)
 
     def take_next(self) -> Campaign | None:

@@ -1,1 +1,1 @@
-"""The command line: one file per subcommand."""
+"""The command line: one file per subcommand, heavy imports only inside the command that needs them."""

@@ -1,1 +1,1 @@
-"""One router per noun."""
+"""The routes: one file per noun."""

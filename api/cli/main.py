@@ -1,0 +1,132 @@
+"""The command ``damper-rig``: its subcommands, and how every one of them ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from types import FrameType
+from typing import NoReturn
+
+import typer
+
+from api.cli.arguments import spread
+from api.cli.convert import convert
+from api.cli.demo import demo
+from api.cli.design import design
+from api.cli.explain import explain
+from api.cli.fit import fit
+from api.cli.recover import recover
+from api.cli.run import run as run_tests
+from api.cli.score import score
+from api.cli.serve import serve
+from api.cli.sim import sim
+from api.cli.simulate import simulate
+
+__all__ = ["main", "run"]
+
+app = typer.Typer(
+    name="damper-rig",
+    help="Design damper experiments, drive the rig, identify the model, name what a simulation is missing.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command()(demo)
+app.add_typer(design)
+app.command()(sim)
+app.command("run")(run_tests)
+app.command()(recover)
+app.command()(fit)
+app.command()(simulate)
+app.command()(score)
+app.command()(explain)
+app.command()(convert)
+app.command()(serve)
+
+# typer keeps click inside or outside of itself, depending on its version: this finds the class either way
+_USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]
+
+
+class _Version(Exception):
+    """Only the version is wanted."""
+
+
+@app.callback()
+def _options(
+    version: bool = typer.Option(False, "--version", help="Print the version.", is_eager=True),
+) -> None:
+    if version:
+        from importlib.metadata import version as installed
+
+        print(f"damper-rig {installed('damper-rig')}")
+        raise typer.Exit
+
+
+def run() -> NoReturn:
+    """The console script. Ends with 0 done, 2 bad input or usage, 1 anything else."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _interrupt_once)
+    status = main(sys.argv[1:])
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:  # whoever read our output has gone
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        status = status or 1
+    sys.exit(status)
+
+
+def _interrupt_once(number: int, frame: FrameType | None) -> NoReturn:
+    """Begin the tidy way out. Further signals are ignored: they would interrupt the stopping of a rig."""
+    for every in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(every, signal.SIG_IGN)
+    raise KeyboardInterrupt
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run one command line and return its exit status; errors are one line on standard error."""
+    try:
+        result = app(spread(arguments), prog_name="damper-rig", standalone_mode=False)
+        return result if isinstance(result, int) else 0
+    except (KeyboardInterrupt, typer.Abort):
+        _say("interrupted")
+        return 1
+    except typer.Exit as ended:
+        return ended.exit_code
+    except _USAGE_ERROR as error:
+        return _usage(error)
+    except BrokenPipeError:
+        return 1
+    except Exception as error:  # noqa: BLE001 - the last door: whatever it is, it leaves in one line
+        return _failed(error)
+
+
+def _usage(error: Exception) -> int:
+    message = " ".join(error.format_message().split()) if hasattr(error, "format_message") else str(error)
+    context = getattr(error, "ctx", None)
+    command = context.command_path if context is not None else "damper-rig"
+    if not message:  # no arguments: typer has printed the help
+        return 2
+    _say(f"{message} (see {command} --help)")
+    return 2
+
+
+def _failed(error: Exception) -> int:
+    from api.errors import one_line, outcome_of
+
+    outcome = outcome_of(error)
+    if outcome is not None:
+        _say(one_line(error))
+        return outcome.exit_status
+    if os.environ.get("DAMPER_RIG_TRACEBACK"):
+        raise error
+    _say(
+        f"a fault of this program: {type(error).__name__}: {one_line(error)} (set DAMPER_RIG_TRACEBACK=1 to see where)"
+    )
+    return 1
+
+
+def _say(text: str) -> None:
+    print(f"damper-rig: {text}", file=sys.stderr)

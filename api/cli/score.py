@@ -1,0 +1,26 @@
+"""``damper-rig score``: how far a simulated force is from the measured one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+__all__ = ["score"]
+
+
+def score(
+    run: Annotated[Path, typer.Argument(metavar="OUT.h5", help="A run with force and force_simulated.")],
+) -> None:
+    """The error figures of force_simulated against force, as JSON.
+
+    Example: damper-rig score simulated.h5
+    """
+    import json
+
+    from identification.measures import score as figures_of
+
+    from rigctl.runfile import read_run
+
+    print(json.dumps(figures_of(read_run(run))))

@@ -1,0 +1,71 @@
+"""What every command shows: progress on a terminal and nowhere else, answers on standard output."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress
+
+__all__ = ["ProgressBar", "answer", "existing", "messages", "progress_bar", "progress_display"]
+
+
+class ProgressBar(Protocol):
+    """Tells how far a command is."""
+
+    def __call__(self, done: float, text: str = "") -> None: ...
+
+
+def messages() -> Console:
+    """Where messages go: standard error."""
+    from rich.console import Console
+
+    return Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+def progress_display() -> Progress:
+    """Bars on standard error that vanish when done; nothing where that is no terminal."""
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    console = messages()
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    )
+
+
+@contextmanager
+def progress_bar(text: str) -> Iterator[ProgressBar]:
+    """One bar from 0 to 1."""
+    with progress_display() as display:
+        task = display.add_task(text, total=1.0)
+
+        def tell(done: float, text: str = "") -> None:
+            display.update(task, completed=done, description=text or None)
+
+        yield tell
+
+
+def answer(text: str, value: Any, *, as_json: bool) -> None:
+    """Print the answer of a command, for people or for programs. Any: whatever JSON can say."""
+    print(json.dumps(value) if as_json else text, file=sys.stdout)
+
+
+def existing(path: Path, what: str) -> Path:
+    """The path where a file is; raises InputError."""
+    if not path.is_file():
+        from api.errors import InputError
+
+        raise InputError(f"{path}: no such file: give {what}")
+    return path

@@ -1,0 +1,52 @@
+"""Force over displacement and over velocity: the two pictures that every damper engineer looks at first."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import JsonValue
+
+from api.errors import InputError
+from identification.derivatives import periodic_kinematics, smooth_kinematics
+from rigctl.runfile import Run
+
+__all__ = ["loops"]
+
+_LEAST_PERIOD = 8
+_LEAST_SAMPLES = 64
+
+
+def loops(run: Run, points: int) -> dict[str, JsonValue]:
+    """Displacement (m), velocity (m/s) and force (N) of a run as equally long lists of at most ``points``.
+
+    Of a periodic run its last period with the exact derivative of the mean period, of another the whole run
+    with a smoothing derivative. The samples are thinned evenly, never averaged.
+
+    Raises InputError where the run has no displacement or no force, or is too short.
+    """
+    lacking = [name for name in ("displacement", "force") if name not in run.channels]
+    if lacking:
+        raise InputError(f"run {run.run_id} has no channel {lacking[0]!r}: it cannot be drawn")
+    if run.samples < _LEAST_SAMPLES:
+        raise InputError(f"run {run.run_id} has {run.samples} samples: a picture needs {_LEAST_SAMPLES}")
+    x, v, force = _motion(run)
+    step = -(-x.size // points)
+    return {
+        "test": run.test_id,
+        "status": run.status,
+        "displacement_m": x[::step].tolist(),
+        "velocity_m_s": v[::step].tolist(),
+        "force_n": force[::step].tolist(),
+    }
+
+
+def _motion(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Displacement, velocity and force, each (n,)."""
+    x, force, period = run.channels["displacement"], run.channels["force"], run.period_samples
+    periods = run.samples // period if period >= _LEAST_PERIOD else 0
+    if periods < 2:
+        smooth = smooth_kinematics(x, run.sample_rate_hz)
+        return smooth.x, smooth.v, force
+    settled = x[period : periods * period].reshape(periods - 1, period)
+    motion = periodic_kinematics(settled, run.sample_rate_hz)
+    return motion.x, motion.v, force[(periods - 1) * period : periods * period]

@@ -1,0 +1,21 @@
+"""Health: whether the service can do its work."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+
+from fastapi import APIRouter
+
+from api.house import Here
+from api.shapes import Health
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["health"])
+
+
+@router.get("/healthz")
+def health(here: Here) -> Health:
+    """200 where the campaign store answers, 503 where it does not."""
+    here.store.ping()
+    return Health(status="ok", version=version("damper-rig"))

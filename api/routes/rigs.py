@@ -1,0 +1,18 @@
+"""Rigs: who drives them and what waits for them."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter
+
+from api.house import Here
+from api.shapes import RigList, rig_answer
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/v1/rigs", tags=["rigs"])
+
+
+@router.get("")
+def list_rigs(here: Here) -> RigList:
+    """Every rig that a campaign has named."""
+    return RigList(rigs=[rig_answer(rig) for rig in here.store.rigs()])

@@ -1,0 +1,187 @@
+"""What the service answers: the records of the store as JSON, times as ISO 8601 in UTC."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+from pydantic import BaseModel, ConfigDict, JsonValue
+
+from api.records import Campaign, CampaignState, Event, RigRecord, RunRecord, TestState
+
+__all__ = [
+    "CampaignAnswer",
+    "CampaignList",
+    "CampaignSummary",
+    "Health",
+    "RigList",
+    "RunAnswer",
+    "RunList",
+    "answer_run",
+    "detail",
+    "rig_answer",
+    "summary",
+]
+
+
+class _Answer(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class TestAnswer(_Answer):
+    """One test and how far it is."""
+
+    __test__ = False  # the name starts with "Test": pytest must not collect it
+
+    name: str
+    kind: str
+    held_out: bool
+    state: TestState
+    phase: str
+    text: str
+    samples: int
+    total_samples: int
+    duration_s: float
+
+
+class CampaignSummary(_Answer):
+    """One campaign without its configurations."""
+
+    number: int
+    id: str
+    name: str
+    rig: str
+    specimen: str
+    state: CampaignState
+    reason: str
+    created: str
+    started: str | None
+    ended: str | None
+    tests: list[TestAnswer]
+
+
+class EventAnswer(_Answer):
+    """One thing that happened."""
+
+    number: int
+    at: str
+    text: str
+
+
+class CampaignAnswer(CampaignSummary):
+    """One campaign, whole."""
+
+    configurations: list[dict[str, JsonValue]]
+    events: list[EventAnswer]
+
+
+class CampaignList(_Answer):
+    """Campaigns, the newest first; ``next_before`` asks for the page that follows."""
+
+    campaigns: list[CampaignSummary]
+    next_before: int | None
+
+
+class RunAnswer(_Answer):
+    """One captured run; ``file`` is where it can be downloaded."""
+
+    id: str
+    test: str
+    held_out: bool
+    status: str
+    samples: int
+    sample_rate_hz: float
+    created: str
+    size_bytes: int
+    sha256: str
+    file: str
+    loops: str
+
+
+class RunList(_Answer):
+    """The runs of one campaign in the order of capture."""
+
+    runs: list[RunAnswer]
+
+
+class RigAnswer(_Answer):
+    """One rig: who drives it and what waits for it."""
+
+    url: str
+    worker: str | None
+    running: str | None
+    accepted: int
+
+
+class RigList(_Answer):
+    """Every rig that a campaign has named."""
+
+    rigs: list[RigAnswer]
+
+
+class Health(_Answer):
+    """Whether the service can do its work."""
+
+    status: str
+    version: str
+
+
+def summary(campaign: Campaign) -> CampaignSummary:
+    return CampaignSummary(
+        number=campaign.number,
+        id=campaign.id,
+        name=campaign.name,
+        rig=campaign.rig,
+        specimen=campaign.specimen,
+        state=campaign.state,
+        reason=campaign.reason,
+        created=_time(campaign.created_at_s),
+        started=None if campaign.started_at_s is None else _time(campaign.started_at_s),
+        ended=None if campaign.ended_at_s is None else _time(campaign.ended_at_s),
+        tests=[
+            TestAnswer(
+                name=test.name,
+                kind=str(test.config.get("kind", "")),
+                held_out=test.held_out,
+                state=test.state,
+                phase=test.phase,
+                text=test.text,
+                samples=test.samples,
+                total_samples=test.total_samples,
+                duration_s=test.duration_s,
+            )
+            for test in campaign.tests
+        ],
+    )
+
+
+def detail(campaign: Campaign, events: tuple[Event, ...]) -> CampaignAnswer:
+    return CampaignAnswer(
+        **dict(summary(campaign)),
+        configurations=[dict(test.config) for test in campaign.tests],
+        events=[EventAnswer(number=e.number, at=_time(e.at_s), text=e.text) for e in events],
+    )
+
+
+def answer_run(run: RunRecord) -> RunAnswer:
+    here = f"/v1/campaigns/{run.campaign_id}/runs/{run.id}"
+    return RunAnswer(
+        id=run.id,
+        test=run.test,
+        held_out=run.held_out,
+        status=run.status,
+        samples=run.samples,
+        sample_rate_hz=run.sample_rate_hz,
+        created=run.created,
+        size_bytes=run.size_bytes,
+        sha256=run.sha256,
+        file=here,
+        loops=f"{here}/loops",
+    )
+
+
+def rig_answer(rig: RigRecord) -> RigAnswer:
+    return RigAnswer(url=rig.url, worker=rig.worker or None, running=rig.running or None, accepted=rig.accepted)
+
+
+def _time(seconds: float) -> str:
+    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="milliseconds")
