@@ -12,6 +12,7 @@ from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec, sine, steps, 
 from excitation.homogenise import homogenised
 from excitation.multisine import as_excitation, random_phase
 from excitation.multisine_spec import HomogeniseSpec, MultisineSpec
+from excitation.service import service_figures, with_record
 from excitation.signal import JSON, Excitation
 
 __all__ = ["KINDS", "excitation_from_config"]
@@ -42,10 +43,16 @@ def _make(kind: str, config: Mapping[str, JSON]) -> Excitation:
             return triangle(to_spec(TriangleSpec, config))
         case "steps":
             return steps(to_spec(StepsSpec, config))
-        case "homogenised":
-            spec = to_spec(MultisineSpec, config)
-            spec = replace(spec, homogenise=spec.homogenise or HomogeniseSpec())
-            return as_excitation(spec, homogenised(spec), "homogenised")
         case _:
-            spec = to_spec(MultisineSpec, config)
-            return as_excitation(spec, random_phase(spec), "multisine")
+            return _multisine(kind, to_spec(MultisineSpec, config))
+
+
+def _multisine(kind: str, spec: MultisineSpec) -> Excitation:
+    if kind == "homogenised":
+        spec = replace(spec, homogenise=spec.homogenise or HomogeniseSpec())
+    spec, record = with_record(spec)
+    period = homogenised(spec) if kind == "homogenised" else random_phase(spec)
+    made = as_excitation(spec, period, kind)
+    if record is None:
+        return made
+    return replace(made, figures={**made.figures, **service_figures(spec, period, record)})

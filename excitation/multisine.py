@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.coverage import Coverage, coverage
+from excitation.crest import low_crest, schroeder
 from excitation.door import to_config
 from excitation.errors import DesignError
 from excitation.lines import band_lines, excited_lines
@@ -70,7 +71,7 @@ class Period:
 
 
 def random_phase(spec: MultisineSpec) -> Period:
-    """A multisine with phases drawn from U[0, 1) turns by seed and realisation.
+    """A multisine with phases drawn from U[0, 1) turns by seed and realisation, or of a low crest factor.
 
     Raises DesignError where a band holds no line or a table does not span it.
 
@@ -79,7 +80,26 @@ def random_phase(spec: MultisineSpec) -> Period:
     Pintelon & Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012: random-phase
     multisines.
     """
-    return fit_into_limits(spec, displacement_tones(spec), current_tones(spec))
+    motion, current = displacement_tones(spec), current_tones(spec)
+    if spec.phases != "random":
+        motion = motion.with_phases(_low_phases(spec, motion, _ORDER[spec.crest_of]))
+        current = None if current is None else current.with_phases(_low_phases(spec, current, 0))
+    return fit_into_limits(spec, motion, current)
+
+
+_ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
+
+
+def _low_phases(spec: MultisineSpec, tones: Multitone, order: int) -> NDArray[np.float64]:
+    """Phases of a low crest factor of the derivative of that order: each order turns every line by a
+    quarter.
+    """
+    amplitude = tones.amplitude
+    for _ in range(order):
+        amplitude = amplitude * tones.omega(spec.sample_rate_hz)
+    if spec.phases == "schroeder":
+        return schroeder(amplitude)
+    return low_crest(tones.lines, amplitude, seed=spec.seed + spec.realisation) - 0.25 * order
 
 
 def displacement_tones(spec: MultisineSpec) -> Multitone:

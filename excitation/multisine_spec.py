@@ -131,6 +131,8 @@ class MultisineSpec:
     realisation: int = 0  # other phases of the same design, on the same lines
     level: float = 1.0  # of the full displacement, which reaches the first limit
     phases: Literal["random", "schroeder", "crest"] = "random"
+    # what is kept low; phases "crest"
+    crest_of: Literal["displacement", "velocity", "acceleration"] = "displacement"
     homogenise: HomogeniseSpec | None = None
 
     def __post_init__(self) -> None:
