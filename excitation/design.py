@@ -3,49 +3,104 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from excitation.checks import one_of
-from excitation.door import read_config
-from excitation.errors import DesignError
+from excitation.door import read_config, to_spec
+from excitation.envelope import Envelope, check_plan, read_envelope, scale_to_fit
+from excitation.errors import DesignError, EnvelopeError
+from excitation.harmonic_plan import harmonic_plan
 from excitation.kinds import excitation_from_config
 from excitation.plan import Test, TestPlan
 from excitation.signal import JSON, Excitation
 
-__all__ = ["COMMANDS", "design", "design_file", "remake"]
+__all__ = ["COMMANDS", "design", "design_file", "remake", "within_envelope"]
 
 COMMANDS = ("random-phase", "homogenised", "harmonic")
 
 
-def design_file(command: str, path: Path | str) -> Excitation | TestPlan:
-    """What `damper-rig design COMMAND CONFIG.toml` makes; raises DesignError that begins with the file's
-    name.
+def design_file(
+    command: str, path: Path | str, *, envelope: Path | str | None = None, fit: bool = False
+) -> Excitation | TestPlan:
+    """What `damper-rig design COMMAND CONFIG.toml` makes, checked against ``envelope`` (TOML) or scaled to
+    fit it.
+
+    Files that the configuration names (an envelope, a service record) are looked for beside it.
+
+    Raises DesignError or EnvelopeError that begins with the file's name.
     """
     path = Path(path)
     config = read_config(path)
     try:
-        return design(command, config)
+        made = design(command, _beside(config, path.parent) | ({"scale_to_fit": True} if fit else {}))
     except DesignError as error:
         raise DesignError(f"{path}: {error}") from error
+    except EnvelopeError as error:
+        raise EnvelopeError(f"{path}: {error}") from error
+    return made if envelope is None else within_envelope(made, read_envelope(envelope), fit=fit)
+
+
+def _beside(config: Mapping[str, JSON], folder: Path) -> dict[str, JSON]:
+    """The configuration with its envelope read and its service record's path resolved."""
+    resolved = dict(config)
+    if isinstance(named := config.get("envelope"), str):
+        resolved["envelope"] = read_config(folder / named)
+    displacement = config.get("displacement")
+    spectrum = displacement.get("spectrum") if isinstance(displacement, Mapping) else None
+    if isinstance(displacement, Mapping) and isinstance(spectrum, Mapping):
+        record = spectrum.get("record")
+        if isinstance(record, str) and "frequency" not in spectrum:
+            resolved["displacement"] = {**displacement, "spectrum": {**spectrum, "record": str(folder / record)}}
+    return resolved
+
+
+def within_envelope(made: Excitation | TestPlan, envelope: Envelope, *, fit: bool = False) -> Excitation | TestPlan:
+    """What was made, if the rig can play it, or, with ``fit``, scaled so that it can; raises
+    EnvelopeError.
+    """
+    plan = made if isinstance(made, TestPlan) else TestPlan(tests=(Test(name="excitation", excitation=made),))
+    if fit:
+        plan = replace(plan, tests=tuple(scale_to_fit(test, envelope) for test in plan.tests))
+    check_plan(plan, envelope)
+    return plan if isinstance(made, TestPlan) else plan.tests[0].excitation
 
 
 def design(command: str, config: Mapping[str, JSON]) -> Excitation | TestPlan:
     """An excitation, or a plan where the configuration asks for several levels or realisations or is
     harmonic.
 
-    Raises DesignError, one line.
+    A key `envelope` (a table) is checked, with `scale_to_fit` = true the tests are scaled to it.
+
+    Raises DesignError or EnvelopeError, one line.
     """
     one_of("command", command, COMMANDS)
+    if command == "harmonic":
+        return harmonic_plan(config)
     kind = "multisine" if command == "random-phase" else "homogenised"
-    single = {key: value for key, value in config.items() if key not in ("levels", "realisations", "kind")}
-    levels, realisations = config.get("levels", [single.get("level", 1.0)]), config.get("realisations", 1)
-    if not isinstance(levels, list) or not levels:
+    own = {key: value for key, value in config.items() if key not in _AROUND}
+    made = _one_or_series({**own, "kind": kind}, config)
+    envelope, fit = config.get("envelope"), config.get("scale_to_fit", False)
+    if not isinstance(fit, bool):
+        raise DesignError(f"scale_to_fit is {fit!r}: it must be true or false")
+    if envelope is None:
+        return made
+    return within_envelope(made, to_spec(Envelope, envelope, "envelope"), fit=fit)  # type: ignore[arg-type]
+
+
+# keys that are no multisine's
+_AROUND = frozenset({"levels", "realisations", "kind", "envelope", "scale_to_fit"})
+
+
+def _one_or_series(own: Mapping[str, JSON], config: Mapping[str, JSON]) -> Excitation | TestPlan:
+    levels, realisations = config.get("levels", [own.get("level", 1.0)]), config.get("realisations", 1)
+    if not isinstance(levels, (list, tuple)) or not levels:
         raise DesignError(f"levels is {levels!r}: give a list of shares of the full displacement, above 0, up to 1")
     if type(realisations) is not int or not 1 <= realisations <= 1000:
         raise DesignError(f"realisations is {realisations!r}: it must lie in 1 … 1000")
     if "levels" not in config and realisations == 1:
-        return excitation_from_config({**single, "kind": kind})
-    return _series({**single, "kind": kind}, levels, realisations)
+        return excitation_from_config(own)
+    return _series(own, list(levels), realisations)
 
 
 def _series(config: Mapping[str, JSON], levels: list[JSON], realisations: int) -> TestPlan:
