@@ -86,11 +86,10 @@ class Leased:
         """Renew the lease; the reason where somebody has asked for the campaign's end."""
         with writing(self.store.engine) as connection:
             self._hold(connection, self.store.clock())
-            reason = connection.scalar(select(campaigns.c.abort_reason).where(campaigns.c.number == campaign.number))
-            return None if reason is None else str(reason)
+            return _abort_reason(connection, campaign)
 
-    def progress(self, campaign: Campaign, position: int, phase: str, samples: int, text: str) -> None:
-        """How far a running test is."""
+    def progress(self, campaign: Campaign, position: int, phase: str, samples: int, text: str) -> str | None:
+        """Write down how far a running test is; the reason where somebody has asked for the campaign's end."""
         with writing(self.store.engine) as connection:
             self._hold(connection, self.store.clock())
             connection.execute(
@@ -98,6 +97,7 @@ class Leased:
                 .where(tests.c.campaign == campaign.number, tests.c.position == position)
                 .values(state=TestState.RUNNING, phase=phase, samples=samples, text=text)
             )
+            return _abort_reason(connection, campaign)
 
     def end_test(self, campaign: Campaign, position: int, state: TestState, text: str) -> None:
         """How a test ended."""
@@ -155,3 +155,8 @@ class Leased:
         )
         if held.rowcount != 1:
             raise LeaseLost(f"rig {self.lease.rig}: another worker holds its lease by now")
+
+
+def _abort_reason(connection: Connection, campaign: Campaign) -> str | None:
+    reason = connection.scalar(select(campaigns.c.abort_reason).where(campaigns.c.number == campaign.number))
+    return None if reason is None else str(reason)

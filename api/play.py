@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event
 
@@ -13,17 +10,16 @@ from api.leases import Leased
 from api.live import Live
 from api.records import Campaign, CampaignState, CampaignTest, TestState
 from api.runfiles import RunFiles
+from api.watch import Watch
 from excitation import ExcitationError, test_from_config
-from rigctl.errors import RigError, RunFileError, StopFailed
+from rigctl.errors import RigError, RigFault, RunFileError
 from rigctl.player import connect, play
-from rigctl.progress import Phase, Progress
+from rigctl.progress import Phase
 from rigctl.recover import recover_directory
 from rigctl.runfile import read_run
 from rigctl.transport import Transport
 
 __all__ = ["adopt_run_files", "play_campaign"]
-
-SHUTDOWN = "the service was stopped"
 
 
 class _Ended(Exception):
@@ -34,38 +30,6 @@ class _Ended(Exception):
         self.state = state
 
 
-@dataclass(slots=True, kw_only=True)
-class _Watch:
-    """Looks to the store now and then: keeps the lease, hears of an abort, tells how far the test is."""
-
-    leased: Leased
-    campaign: Campaign
-    live: Live
-    stop: Event
-    poll_s: float
-    now: Callable[[], float] = time.monotonic
-    position: int = 0
-    reason: str | None = None
-    looked_at: float = field(default=float("-inf"))
-    told_at: float = field(default=float("-inf"))
-    phase: Phase | None = None
-
-    def should_stop(self) -> str | None:
-        if self.reason is None and self.stop.is_set():
-            self.reason = SHUTDOWN
-        if self.reason is None and self.now() - self.looked_at >= self.poll_s:
-            self.looked_at = self.now()
-            self.reason = self.leased.sign_of_life(self.campaign)
-        return self.reason
-
-    def on_progress(self, progress: Progress) -> None:
-        if progress.block is not None:
-            self.live.publish(self.campaign.id, progress.test, progress.block.values[:, 1], progress.block.values[:, 0])
-        if progress.phase is not self.phase or self.now() - self.told_at >= self.poll_s:
-            self.phase, self.told_at = progress.phase, self.now()
-            self.leased.progress(self.campaign, self.position, progress.phase, progress.samples, progress.text)
-
-
 def play_campaign(
     leased: Leased, campaign: Campaign, files: RunFiles, live: Live, *, stop: Event, poll_s: float
 ) -> None:
@@ -73,28 +37,29 @@ def play_campaign(
 
     Raises LeaseLost and StoreError: then the rig is safe, and the next holder of the lease closes the campaign.
     """
-    watch = _Watch(leased=leased, campaign=campaign, live=live, stop=stop, poll_s=poll_s)
+    state, reason = CampaignState.DONE, ""
     try:
-        _play_all(leased, campaign, files, watch)
+        with Watch(leased, campaign, live, stop=stop, poll_s=poll_s) as watch:
+            _play_all(leased, campaign, files, watch)
     except _Ended as ended:
-        leased.end(campaign, ended.state, str(ended))
+        state, reason = ended.state, str(ended)
     except RigError as error:
-        leased.end(campaign, CampaignState.FAILED, one_line(error))
+        state, reason = CampaignState.FAILED, one_line(error)
     except (LeaseLost, StoreError):
         raise
     except Exception as error:
         # A fault of this program or of the disk: the player has made the rig safe; the story must end truly too
         leased.end(campaign, CampaignState.FAILED, f"{type(error).__name__}: {one_line(error)}")
         raise
-    else:
-        leased.end(campaign, CampaignState.DONE, "")
+    if watch.trouble is not None:
+        raise watch.trouble
+    leased.end(campaign, state, reason)
 
 
-def _play_all(leased: Leased, campaign: Campaign, files: RunFiles, watch: _Watch) -> None:
+def _play_all(leased: Leased, campaign: Campaign, files: RunFiles, watch: Watch) -> None:
     transport = connect(campaign.rig)
     try:
         for test in campaign.tests:
-            watch.position, watch.phase = test.position, None
             if reason := watch.should_stop():
                 raise _Ended(CampaignState.ABORTED, reason)
             _play_test(leased, campaign, test, files, watch, transport)
@@ -107,12 +72,13 @@ def _play_test(
     campaign: Campaign,
     test: CampaignTest,
     files: RunFiles,
-    watch: _Watch,
+    watch: Watch,
     transport: Transport,
 ) -> None:
+    watch.begin(test.position)
     leased.progress(campaign, test.position, Phase.CONNECTING, 0, "")
     path: Path | None
-    trouble: Exception | None = None
+    trouble: RigError | ExcitationError | None = None
     try:
         path = play(
             transport,
@@ -124,24 +90,32 @@ def _play_test(
             campaign_id=campaign.id,
             test_id=test.name,
         )
-    except (RigError, ExcitationError) as error:
-        path, trouble = getattr(error, "run_path", None), error
+    except RigError as error:
+        path, trouble = error.run_path, error
+    except ExcitationError as error:  # a later version may refuse what an earlier one accepted
+        path, trouble = None, error
+    complete = False
     if path is not None:
-        leased.add_run(campaign, files.keep(path, campaign_id=campaign.id, held_out=test.held_out))
-    _end_test(leased, campaign, test, watch.reason, trouble)
-
-
-def _end_test(
-    leased: Leased, campaign: Campaign, test: CampaignTest, asked: str | None, trouble: Exception | None
-) -> None:
-    """An abort is one only if the rig followed it: a stop that failed is a failure whoever asked for it."""
-    if asked is not None and not isinstance(trouble, StopFailed):
-        leased.end_test(campaign, test.position, TestState.ABORTED, asked)
-        raise _Ended(CampaignState.ABORTED, asked)
-    if trouble is not None:
-        leased.end_test(campaign, test.position, TestState.FAILED, one_line(trouble))
-        raise _Ended(CampaignState.FAILED, f"test {test.name!r}: {one_line(trouble)}")
+        run = files.keep(path, campaign_id=campaign.id, held_out=test.held_out)
+        leased.add_run(campaign, run)
+        complete = run.status == "complete"
+    if not (complete and trouble is None):
+        state, reason = _how_it_ended(path, trouble, watch.should_stop() or "stopped")
+        leased.end_test(campaign, test.position, TestState(state), reason)
+        raise _Ended(state, reason if state is CampaignState.ABORTED else f"test {test.name!r}: {reason}")
     leased.end_test(campaign, test.position, TestState.DONE, "")
+
+
+def _how_it_ended(
+    path: Path | None, trouble: RigError | ExcitationError | None, asked: str
+) -> tuple[CampaignState, str]:
+    """Aborted only where the rig followed what was asked; a fault or a stop that failed is a failure.
+
+    A stop before the first sample comes as a RigFault without a file.
+    """
+    if trouble is None or (path is None and isinstance(trouble, RigFault) and asked in str(trouble)):
+        return CampaignState.ABORTED, asked
+    return CampaignState.FAILED, one_line(trouble)
 
 
 def adopt_run_files(leased: Leased, campaign: Campaign, files: RunFiles) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from api.processes import Child
 from api.store import Store
 
 
@@ -53,3 +54,20 @@ def body() -> dict[str, Any]:
             {"name": "fast", **sine, "frequency": 8.0, "held_out": True, "current": 0.5},
         ],
     }
+
+
+@pytest.fixture(scope="session")
+def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a simulated rig that runs as a process of its own, ten times faster than real time."""
+    log = tmp_path_factory.mktemp("rig") / "sim.log"
+    with Child(["sim", "--listen", "modbus://127.0.0.1:0", "--seed", "3", "--speed", "10"], log) as child:
+        yield child.wait_until_ready(120.0)
+
+
+@pytest.fixture
+def service(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Child]:
+    """The service as a process of its own, on SQLite, with a lease short enough to wait for its end."""
+    monkeypatch.setenv("DAMPER_RIG_LEASE_S", "3")
+    with Child(["serve", "--data", str(tmp_path / "lab"), "--port", "0"], tmp_path / "serve.log") as child:
+        child.wait_until_ready()
+        yield child

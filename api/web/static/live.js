@@ -2,7 +2,7 @@
 "use strict";
 
 const OPEN = ["accepted", "running"];
-const LIVE_POINTS = 4000;
+const LIVE_POINTS = 2500;
 const at = (id) => document.getElementById(id);
 
 let campaigns = [];
@@ -59,9 +59,11 @@ function show() {
   at("none").hidden = campaigns.length > 0;
   at("campaigns").replaceChildren(...campaigns.map(entry));
   const campaign = one();
+  const wasHidden = at("one").hidden;
   at("one").hidden = !campaign;
   if (campaign) {
     showCampaign(campaign);
+    if (wasHidden) draw();
     fetchRuns(campaign);
   }
 }
@@ -166,17 +168,19 @@ async function get(url) {
 }
 
 function draw() {
+  if (at("one").hidden) return; // a plot drawn while hidden would get a size of its own
   const of = [...loops.values()];
   const peak = Math.max(1, ...of.map((loop) => Math.max(...loop.force_n.map(Math.abs))), ...live.f.map(Math.abs));
   const [scale, unit] = peak >= 2000 ? [1e-3, "kN"] : [1, "N"];
   const trace = (loop, key) => ({
     name: loop.test, x: loop[key].map((value) => value * 1e3), y: loop.force_n.map((value) => value * scale),
-    mode: "lines", type: "scattergl", line: { width: 1.4 },
+    mode: "lines", line: { width: 1.4 },
   });
   const fx = of.map((loop) => trace(loop, "displacement_m"));
   if (live.x.length) {
-    fx.push({ name: live.test + " (live)", x: live.x.map((value) => value * 1e3), y: live.f.map((value) => value * scale),
-      mode: "markers", type: "scattergl", marker: { size: 3, color: "#1c2733" } });
+    fx.push({ name: live.test + " (live)", x: live.x.map((value) => value === null ? null : value * 1e3),
+      y: live.f.map((value) => value === null ? null : value * scale),
+      mode: "lines", line: { width: 1.4, color: "#1c2733" } });
   }
   picture("fx", fx, "Displacement (mm)", `Force (${unit})`, "Force over displacement");
   picture("fv", of.map((loop) => trace(loop, "velocity_m_s")), "Velocity (mm/s)", `Force (${unit})`, "Force over velocity");
@@ -186,10 +190,10 @@ function picture(id, traces, xTitle, yTitle, title) {
   const axis = { zeroline: true, zerolinecolor: "#9aa6b2", gridcolor: "#e6eaee" };
   Plotly.react(id, traces, {
     title: { text: title, font: { size: 14 } }, margin: { l: 62, r: 12, t: 36, b: 44 }, showlegend: true,
-    legend: { orientation: "h", y: -0.2, font: { size: 11 } }, font: { family: "system-ui, sans-serif", color: "#1c2733" },
+    legend: { orientation: "h", y: -0.18, yanchor: "top", font: { size: 11 } }, font: { family: "system-ui, sans-serif", color: "#1c2733" },
     colorway: ["#0b63a5", "#c8572c", "#1d7a45", "#8a4fb3", "#b08900", "#2b9c9c", "#b3261e", "#5b6875"],
     xaxis: { ...axis, title: { text: xTitle } }, yaxis: { ...axis, title: { text: yTitle } }, uirevision: chosen,
-  }, { displaylogo: false, responsive: true });
+  }, { displayModeBar: false, responsive: true, doubleClick: "reset" });
 }
 
 function complain(text) {
@@ -197,18 +201,22 @@ function complain(text) {
   at("trouble").textContent = text || "";
 }
 
+function isRunning(test) {
+  const campaign = one();
+  return Boolean(campaign && campaign.tests.some((other) => other.state === "running" && other.name === test));
+}
+
 function take(blocks) {
-  for (const block of blocks.filter((block) => block.campaign_id === chosen)) {
+  for (const block of blocks.filter((block) => block.campaign_id === chosen && isRunning(block.test))) {
     if (block.test !== live.test) live = { test: block.test, x: [], f: [] };
-    live.x = live.x.concat(block.displacement_m).slice(-LIVE_POINTS);
-    live.f = live.f.concat(block.force_n).slice(-LIVE_POINTS);
+    live.x = live.x.concat(null, block.displacement_m).slice(-LIVE_POINTS); // null: the blocks are not adjacent
+    live.f = live.f.concat(null, block.force_n).slice(-LIVE_POINTS);
   }
   draw();
 }
 
 function quietWhenNothingRuns() {
-  const campaign = one();
-  if (live.x.length && (!campaign || !campaign.tests.some((test) => test.state === "running" && test.name === live.test))) {
+  if (live.x.length && !isRunning(live.test)) {
     live = { test: "", x: [], f: [] };
     draw();
   }
@@ -242,5 +250,4 @@ function connect() {
   source.addEventListener("trouble", (event) => complain(JSON.parse(event.data).detail));
 }
 
-draw();
 connect();

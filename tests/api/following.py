@@ -1,0 +1,47 @@
+"""Following a campaign over HTTP until it has ended or is where a test wants it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import httpx
+
+Answer = dict[str, Any]
+
+
+def post(base: str, body: Answer) -> Answer:
+    response = httpx.post(f"{base}/v1/campaigns", json=body, timeout=30)
+    assert response.status_code == 201, response.text
+    answer: Answer = response.json()
+    return answer
+
+
+def get(base: str, path: str) -> Answer:
+    response = httpx.get(f"{base}{path}", timeout=30)
+    assert response.status_code == 200, response.text
+    answer: Answer = response.json()
+    return answer
+
+
+def until(base: str, campaign_id: str, reached: Callable[[Answer], bool], within_s: float = 60.0) -> Answer:
+    ends = time.monotonic() + within_s
+    while True:
+        campaign = get(base, f"/v1/campaigns/{campaign_id}")
+        if reached(campaign):
+            return campaign
+        assert time.monotonic() < ends, f"not there within {within_s} s: {campaign}"
+        time.sleep(0.05)
+
+
+def ended(campaign: Answer) -> bool:
+    return campaign["ended"] is not None
+
+
+def playing(campaign: Answer) -> bool:
+    return any(test["state"] == "running" and test["samples"] > 0 for test in campaign["tests"])
+
+
+def states(campaign: Answer) -> list[str]:
+    return [test["state"] for test in campaign["tests"]]

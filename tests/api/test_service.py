@@ -1,0 +1,183 @@
+"""The service whole: real processes, a real wire, real files."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from api.processes import Child
+from rigctl.player import connect
+from rigctl.runfile import read_run
+from tests.api.browser import browser
+from tests.api.following import ended, get, playing, post, states, until
+
+SINE = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.01, "frequency": 2.0, "current": 0.8}
+SHORT = {**SINE, "cycles": 3}
+LONG = {**SINE, "cycles": 400}
+
+
+def campaign(rig: str, *tests: dict[str, Any]) -> dict[str, Any]:
+    named = [{"name": f"test {k}", **test} for k, test in enumerate(tests)]
+    return {"name": "check", "rig": rig, "specimen": "damper 7", "tests": named}
+
+
+def rig_state(rig: str) -> str:
+    transport = connect(rig)
+    try:
+        return transport.status(2.0).state.name
+    finally:
+        transport.close()
+
+
+def test_a_campaign_is_played_in_order_and_its_runs_can_be_fetched(service: Child, rig: str, tmp_path: Path) -> None:
+    asked = post(service.url, campaign(rig, SHORT, {**SHORT, "frequency": 4.0, "held_out": True}))
+    assert asked["state"] == "accepted"
+    done = until(service.url, asked["id"], ended)
+    assert (done["state"], states(done)) == ("done", ["done", "done"])
+    runs = get(service.url, f"/v1/campaigns/{done['id']}/runs")["runs"]
+    assert [(run["test"], run["held_out"], run["status"]) for run in runs] == [
+        ("test 0", False, "complete"),
+        ("test 1", True, "complete"),
+    ]
+    content = httpx.get(service.url + runs[0]["file"]).content
+    assert hashlib.sha256(content).hexdigest() == runs[0]["sha256"]
+    (tmp_path / "fetched.h5").write_bytes(content)
+    run = read_run(tmp_path / "fetched.h5")
+    assert (run.samples, run.specimen, run.campaign_id) == (1500, "damper 7", done["id"])
+    assert (run.test_id, run.run_id) == ("test 0", runs[0]["id"])
+    drawn = get(service.url, runs[0]["loops"] + "?points=100")
+    assert len(drawn["displacement_m"]) == len(drawn["velocity_m_s"]) == len(drawn["force_n"]) == 100
+    assert max(drawn["velocity_m_s"]) == pytest.approx(0.01 * 2 * 3.14159 * 2.0, rel=0.1)
+    assert rig_state(rig) == "DISABLED"
+
+
+def test_an_abort_stops_the_rig_soon_and_keeps_what_was_captured(service: Child, rig: str) -> None:
+    asked = post(service.url, campaign(rig, LONG, SHORT))
+    until(service.url, asked["id"], playing)
+    begun = time.monotonic()
+    assert httpx.post(f"{service.url}/v1/campaigns/{asked['id']}/abort").status_code == 202
+    aborted = until(service.url, asked["id"], ended)
+    assert time.monotonic() - begun < 10.0
+    assert (aborted["state"], states(aborted)) == ("aborted", ["aborted", "skipped"])
+    assert "over HTTP" in aborted["reason"]
+    assert rig_state(rig) == "DISABLED"
+    [run] = get(service.url, f"/v1/campaigns/{asked['id']}/runs")["runs"]
+    assert (run["status"], run["samples"] > 0) == ("aborted", True)
+
+
+def test_a_rig_that_is_not_there_fails_the_campaign_and_the_next_one_is_played(service: Child, rig: str) -> None:
+    nowhere = post(service.url, campaign("modbus://127.0.0.1:9", SHORT))
+    failed = until(service.url, nowhere["id"], ended)
+    assert failed["state"] == "failed"
+    assert "127.0.0.1:9" in failed["reason"]
+    beyond = post(service.url, campaign(rig, {**SHORT, "amplitude": 5.0}, SHORT))
+    after = post(service.url, campaign(rig, SHORT))
+    refused = until(service.url, beyond["id"], ended)
+    assert (refused["state"], states(refused)) == ("failed", ["failed", "skipped"])
+    assert "test 0" in refused["reason"]
+    assert until(service.url, after["id"], ended)["state"] == "done"
+
+
+def test_a_service_that_is_told_to_end_stops_the_rig_and_loses_no_accepted_campaign(
+    service: Child, rig: str, tmp_path: Path
+) -> None:
+    running = post(service.url, campaign(rig, LONG))
+    waiting = post(service.url, campaign(rig, SHORT))
+    until(service.url, running["id"], playing)
+    assert service.stop() == 0
+    assert rig_state(rig) == "DISABLED"
+    with Child(["serve", "--data", str(tmp_path / "lab"), "--port", "0"], tmp_path / "again.log") as again:
+        base = again.wait_until_ready()
+        stopped = get(base, f"/v1/campaigns/{running['id']}")
+        assert (stopped["state"], stopped["reason"]) == ("aborted", "the service was stopped")
+        assert until(base, waiting["id"], ended)["state"] == "done"
+
+
+def test_after_kill_9_the_campaign_is_closed_truthfully_and_its_samples_are_kept(
+    service: Child, rig: str, tmp_path: Path
+) -> None:
+    running = post(service.url, campaign(rig, LONG))
+    waiting = post(service.url, campaign(rig, SHORT))
+    before = until(service.url, running["id"], lambda c: c["tests"][0]["samples"] > 2000)
+    service.kill()
+    with Child(["serve", "--data", str(tmp_path / "lab"), "--port", "0"], tmp_path / "again.log") as again:
+        base = again.wait_until_ready()
+        closed = until(base, running["id"], ended)
+        assert closed["state"] == "failed"
+        assert "no sign of life" in closed["reason"]
+        [run] = get(base, f"/v1/campaigns/{running['id']}/runs")["runs"]
+        assert run["status"] == "truncated"
+        # The file reaches the disk every 0.2 s, at ten times real time: 2 000 samples or a little more
+        assert run["samples"] > before["tests"][0]["samples"] - 3000
+        assert until(base, waiting["id"], ended)["state"] == "done"
+    assert rig_state(rig) == "DISABLED"
+
+
+def test_a_service_ends_when_the_program_that_started_it_is_killed(tmp_path: Path) -> None:
+    starts = (
+        "import sys, time; from pathlib import Path; from api.processes import Child; "
+        "child = Child(['serve', '--data', sys.argv[1], '--port', '0'], Path(sys.argv[1] + '.log')); "
+        "child.wait_until_ready(); print(child.pid, flush=True); time.sleep(600)"
+    )
+    with subprocess.Popen([sys.executable, "-c", starts, str(tmp_path / "lab")], stdout=subprocess.PIPE) as parent:
+        assert parent.stdout is not None
+        orphan = int(parent.stdout.readline())
+        parent.kill()
+    ends = time.monotonic() + 20
+    while _alive(orphan):
+        assert time.monotonic() < ends
+        time.sleep(0.05)
+
+
+def _alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    stat = Path(f"/proc/{pid}/stat")  # ended, but nobody has asked for its exit status yet
+    return not stat.is_file() or ") Z" not in stat.read_text()
+
+
+@pytest.mark.browser
+def test_the_live_page_draws_a_campaign_while_it_runs_and_when_it_has_ended(
+    service: Child, rig: str, chromium: Path, tmp_path: Path
+) -> None:
+    name = '<img src=x onerror="document.title=1">'
+    asked = post(service.url, {**campaign(rig, SHORT, LONG), "name": name})
+    with browser(chromium, tmp_path / "profile") as page:
+        page.open(service.url + "/")
+        page.wait_for("document.querySelectorAll('#campaigns li').length === 1")
+        page.wait_for("document.querySelector('#nowphase').textContent === 'running'", 60)
+        page.wait_for(
+            "[...document.querySelectorAll('#fx .legendtext')].some(n => n.textContent === 'test 1 (live)')", 60
+        )
+        page.evaluate("document.querySelector('#abort').click()")
+        page.wait_for("document.querySelector('#state').textContent === 'aborted'", 60)
+        page.wait_for("document.querySelectorAll('#fv .scatterlayer .trace').length === 2", 60)
+        page.wait_for("document.querySelectorAll('tbody a').length === 2")
+        assert page.evaluate("document.querySelector('#name').textContent") == name
+        assert page.evaluate("document.title") == "damper-rig"
+        assert page.evaluate("document.querySelector('#reason').textContent").startswith("an abort")
+        assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+        assert len(page.picture(tmp_path / "page.png")) > 20_000
+        assert page.complaints == []
+    assert until(service.url, asked["id"], ended)["state"] == "aborted"
+
+
+def test_a_service_with_the_page_open_still_ends_at_once(service: Child) -> None:
+    with httpx.stream("GET", f"{service.url}/v1/live", timeout=10) as stream:
+        assert next(stream.iter_lines()) == "event: campaigns"
+        begun = time.monotonic()
+        os.kill(service.pid, signal.SIGTERM)
+        assert time.monotonic() - begun < 5.0
+    assert service.stop() == 0
+    assert time.monotonic() - begun < 5.0
