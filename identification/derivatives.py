@@ -40,7 +40,7 @@ def periodic_kinematics(periods: Floats, sample_rate_hz: float) -> Kinematics:
     mean = spectra.mean(axis=0)
     if count > 1:
         variance = np.sum(np.abs(spectra - mean) ** 2, axis=0) / (count - 1) / count
-        variance = uniform_filter1d(variance, min(17, variance.size), mode="nearest")
+        variance = np.maximum(uniform_filter1d(variance, min(17, variance.size), mode="nearest"), 0.0)
     else:
         floor = np.median(np.abs(mean[3 * mean.size // 4 :]) ** 2) / np.log(2.0)
         variance = np.full(mean.size, floor)

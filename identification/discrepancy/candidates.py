@@ -90,10 +90,10 @@ _GUESSES: Final[Mapping[str, Guesses]] = {
 
 Limits = Callable[[Scales], Mapping[str, tuple[float, float]]]
 
-# A shape outside of what the data span can't be seen in them: there the element is another one, or none.
+# A curve steeper than the slow speeds is friction. A shape outside of what the data span can't be seen in them: there the element is another one, or none.
 _LIMITS: Final[Mapping[str, Limits]] = {
-    "arctan_damping": lambda s: {"S": (0.2 / s.v_rms, 100.0 / s.speeds[0])},
-    "tanh_hysteresis": lambda s: {"beta": (0.2 / s.v_rms, 100.0 / s.speeds[0])},
+    "arctan_damping": lambda s: {"S": (0.2 / s.v_rms, 3.0 / s.speeds[0])},
+    "tanh_hysteresis": lambda s: {"beta": (0.2 / s.v_rms, 3.0 / s.speeds[0])},
     "valve_damping": lambda s: {"w_knee": (0.1 * s.speeds[0], 30.0 * s.v_rms)},
     "relief_valve": lambda s: {"w_knee": (0.2 * s.speeds[0], 1.5 * s.speeds[3])},
     "stribeck_friction": lambda s: {"w_s": (0.02 * s.speeds[0], s.speeds[3])},

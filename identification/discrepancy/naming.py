@@ -166,6 +166,7 @@ def _fitted(
             break
     if not fits:
         return None
+    fits.append(_refined(min(fits, key=lambda f: f.chi2), name, records))
     best = min(fits, key=lambda f: f.chi2)
     own = best.model.elements[_last(best.model, name)]
     return Trial(
@@ -173,10 +174,32 @@ def _fitted(
         fit=best,
         excess=excess_of(best),
         contribution=contribution(best.model, name, records),
-        parameters=sum(not p.fixed for p in own.parameters),
+        parameters=sum(
+            not p.fixed and not q.refinement for p, q in zip(own.parameters, own.spec.parameters, strict=True)
+        ),
         screened=starts[0][0],
         closed=max(before - excess_of(best), 0.0),
     )
+
+
+def _refined(fit: Fit, name: str, records: Sequence[Record]) -> Fit:
+    """The fit with the finer shape of the element free, where it has one and the data show it; else as it is."""
+    index = _last(fit.model, name)
+    own = fit.model.elements[index]
+    finer = [k for k, spec in enumerate(own.spec.parameters) if spec.refinement]
+    if not finer or excess_of(fit) < _AT_NOISE * fit.samples:
+        return fit
+    slow = scales_of(records, fit.rms).speeds[0]
+    # At zero its gradient vanishes: a step that lands there would stay.
+    free = {"value": 0.1 * slow, "fixed": False, "low": 1e-3 * slow, "high": 2.0 * slow}
+    parameters = tuple(replace(p, **free) if k in finer else p for k, p in enumerate(own.parameters))
+    elements = list(fit.model.elements)
+    elements[index] = Element(name, parameters)
+    try:
+        shaped = fit_records(replace(fit.model, elements=tuple(elements)), records, max_iterations=_FIT_ITERATIONS)
+    except SimulationError:
+        return fit
+    return shaped if shaped.chi2 < fit.chi2 - max(10.0, 0.1 * excess_of(fit)) else fit
 
 
 def _starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:
@@ -229,7 +252,7 @@ def on_bound(trial: Trial) -> bool:
     vital = [
         (p.value, spec.low if p.low is None else p.low, spec.high if p.high is None else p.high)
         for p, spec in zip(own.parameters, own.spec.parameters, strict=True)
-        if not p.fixed and (own.name, spec.name) not in _OPTIONAL
+        if not p.fixed and not spec.refinement and (own.name, spec.name) not in _OPTIONAL
     ]
     return any(value <= low or value >= high for value, low, high in vital) or trial.contribution <= 0.0
 

@@ -19,6 +19,7 @@ from identification.record import Record
 Floats = NDArray[np.float64]
 
 _SHRINK = 5.0  # a parameter that must stay above zero may lose at most this factor in a step
+_DAMPINGS = 10
 _RUNAWAY = 1e100  # a gradient that squares to infinity
 _WORKERS = 2  # the solver releases the interpreter lock
 
@@ -142,7 +143,7 @@ def fit_records(
         iteration += 1
         gram, slope = _normal(current, weights)
         accepted, gain = False, 0.0
-        for _ in range(8):
+        for _ in range(_DAMPINGS):
             step = solve(theta[free], gram, slope, damping)
             if not np.any(step):
                 break
@@ -158,9 +159,10 @@ def fit_records(
                 theta, current, cost = trial, candidate, new
                 damping = max(damping / 6.0, 1e-9)
                 break
-            if float(-step @ gram @ step + 2.0 * slope @ step) < 0.1 * tolerance * cost:
-                break
-            damping *= 5.0
+            promised = float(2.0 * slope @ step - step @ gram @ step)
+            if 0.0 <= promised < 0.1 * tolerance * cost:
+                break  # a step that a bound has bent may promise a rise: then only more damping helps
+            damping *= 8.0
         quiet = 0 if accepted and gain > tolerance else quiet + 1
         converged = quiet >= 2 or not accepted
         if on_step is not None:

@@ -60,6 +60,7 @@ class ParameterSpec:
     high: float = math.inf
     constant: float | None = None  # a convention such as T_ref: fixed, with this default
     default: float | None = None  # the value where a file leaves the parameter out
+    refinement: bool = False  # a finer shape than the canonical form: never free unless asked for, not written while neutral
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +87,9 @@ def _p(name: str, unit: str, low: float = 0.0, **more: float) -> ParameterSpec:
 
 _TINY = 1e-12  # "> 0" in floating point: knees, lengths and slopes that divide
 _FREE = -math.inf
+
+# Measured friction does not jump: it builds up over a velocity w_r, zero in the canonical form.
+_BUILD_UP = ParameterSpec("w_r", "m/s", 0.0, default=0.0, refinement=True)
 
 _ROWS: Final = (
     ElementSpec(
@@ -164,13 +168,13 @@ _ROWS: Final = (
         ),
         memory=True,
     ),
-    ElementSpec("coulomb_friction", "core", Code.COULOMB, "Coulomb friction", (_p("f_c", "N"),)),
+    ElementSpec("coulomb_friction", "core", Code.COULOMB, "Coulomb friction", (_p("f_c", "N"), _BUILD_UP)),
     ElementSpec(
         "stribeck_friction",
         "core",
         Code.STRIBECK,
         "Stribeck friction",
-        (_p("f_c", "N"), _p("f_s", "N"), _p("w_s", "m/s", _TINY)),
+        (_p("f_c", "N"), _p("f_s", "N"), _p("w_s", "m/s", _TINY), _BUILD_UP),
     ),
     ElementSpec(
         "presliding_friction",

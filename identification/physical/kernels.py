@@ -127,6 +127,18 @@ def _modifiers(codes, offsets, p, z, temperature, memory, diss, dp, dm):
 
 
 @_inline
+def _sliding(w, s, w_r):
+    """Direction of sliding and its slopes by w and by w_r: the sign `s`, or smooth where friction builds up over w_r."""
+    y, y_w, y_r = s, 0.0, 0.0
+    if w_r > 0.0:
+        root = np.sqrt(w * w + w_r * w_r)
+        y = w / root
+        y_w = w_r * w_r / (root * root * root)
+        y_r = -w * w_r / (root * root * root)
+    return y, y_w, y_r
+
+
+@_inline
 def core_force(codes, offsets, p, z, w, s, u, temperature, memory, dp, dm, modified):
     """Force of the parallel elements and its partial derivatives.
 
@@ -227,20 +239,26 @@ def core_force(codes, offsets, p, z, w, s, u, temperature, memory, dp, dm, modif
             dp[o + 2] = 0.0
             dp[o + 3] = 0.0
             dp[o + 4] = 0.0
-        elif code == _COULOMB:  # f_c sgn(w)
-            diss += p[o] * s
-            jump += p[o]
-            dp[o] = s
-        elif code == _STRIBECK:  # (f_c + (f_s − f_c) exp(−(w/w_s)²)) sgn(w)
-            y = w / p[o + 2]
-            e = np.exp(-y * y)
+        elif code == _COULOMB:  # f_c sgn(w), or f_c w / sqrt(w² + w_r²) where it builds up over w_r
+            y, y_w, y_r = _sliding(w, s, p[o + 1])
+            diss += p[o] * y
+            diss_w += p[o] * y_w
+            jump += p[o] if p[o + 1] == 0.0 else 0.0
+            dp[o] = y
+            dp[o + 1] = p[o] * y_r
+        elif code == _STRIBECK:  # (f_c + (f_s − f_c) exp(−(w/w_s)²)) sgn(w), the sign as in Coulomb friction
+            y, y_w, y_r = _sliding(w, s, p[o + 3])
+            q = w / p[o + 2]
+            e = np.exp(-q * q)
             rise = p[o + 1] - p[o]
-            diss += (p[o] + rise * e) * s
-            diss_w -= s * rise * e * 2.0 * y / p[o + 2]
-            jump += p[o + 1]
-            dp[o] = s * (1.0 - e)
-            dp[o + 1] = s * e
-            dp[o + 2] = s * rise * e * 2.0 * y * y / p[o + 2]
+            level = p[o] + rise * e
+            diss += level * y
+            diss_w += level * y_w - y * rise * e * 2.0 * q / p[o + 2]
+            jump += p[o + 1] if p[o + 3] == 0.0 else 0.0
+            dp[o] = y * (1.0 - e)
+            dp[o + 1] = y * e
+            dp[o + 2] = y * rise * e * 2.0 * q * q / p[o + 2]
+            dp[o + 3] = level * y_r
         elif code == _PRESLIDING:  # its force is its memory
             diss += memory[k]
             dm[k] = 1.0

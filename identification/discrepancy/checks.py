@@ -1,0 +1,60 @@
+"""What is refused at the door of the workflow: runs that don't belong together, a model that can't run on them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identification.errors import DataError
+from identification.fitting.leastsquares import predict
+from identification.physical.model import Model
+from identification.record import Record
+from rigctl.runfile import Run
+
+_AGAINST = -0.3  # correlation of force and velocity at which a damper would be driving the rig
+
+
+def check_runs(runs: Sequence[Run]) -> None:
+    """Raise DataError when runs are missing, doubled, of different specimens, or of mixed polarity."""
+    if not runs:
+        raise DataError("no run was given: at least one measured run is needed")
+    specimens = {r.specimen: _label(r) for r in reversed(runs)}
+    if len(specimens) > 1:
+        named = ", ".join(f"'{s}' ({label})" for s, label in sorted(specimens.items()))
+        raise DataError(f"runs of different specimens are mixed: {named}; explain one specimen at a time")
+    seen: dict[str, str] = {}
+    for run in runs:
+        if run.run_id in seen:
+            raise DataError(f"{_label(run)} is the same run as {seen[run.run_id]}: give each run once")
+        seen[run.run_id] = _label(run)
+    for run in runs:
+        if _work(run) < _AGAINST:
+            raise DataError(
+                f"{_label(run)}: force works with the motion, not against the damper (correlation {_work(run):.2f}): "
+                "the sign of force or displacement is reversed; extension and tension are positive"
+            )
+
+
+def _work(run: Run) -> float:
+    """Correlation of force and velocity, −1 … 1: positive where the specimen absorbs energy."""
+    x, force = run.channels.get("displacement"), run.channels.get("force")
+    if x is None or force is None or x.size < 3:
+        return 0.0
+    v = np.gradient(x)
+    v, f = v - v.mean(), force - force.mean()
+    scale = float(np.linalg.norm(v) * np.linalg.norm(f))
+    return float(v @ f) / scale if scale > 0.0 else 0.0
+
+
+def check_model(model: Model, records: Sequence[Record]) -> None:
+    """Raise DataError or SimulationError when the model can't run on a record."""
+    for r in records:
+        if any(e.spec.needs_current for e in model.elements) and not r.has_current:
+            needs = next(e.name for e in model.elements if e.spec.needs_current)
+            raise DataError(f"{r.name} has no control current, which '{needs}' of the model needs: record it or leave it out")
+        predict(model, r)
+
+
+def _label(run: Run) -> str:
+    return run.path.name if run.path is not None else run.run_id

@@ -1,0 +1,147 @@
+"""What speaks for a name: the same strength in every run, a gap that closes, a margin to every rival."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.discrepancy.naming import Move, Search, Trial, complexity, excess_of, tolerance
+from identification.discrepancy.signatures import orthonormal
+from identification.fitting.leastsquares import evaluate, free_parameters, predict
+from identification.physical.model import Model
+from identification.record import Record
+
+Floats = NDArray[np.float64]
+
+_SPREAD_LIMIT = 0.15  # a true effect has one strength: what differs more than this from run to run is another effect
+_SPREAD_SCALE = 0.025
+_LEFT_LIMIT = 0.40  # what leaves this share of the gap has not explained it
+_LEFT_SCALE = 0.06
+_PER_PARAMETER = 0.1  # prior odds of a form with one more parameter
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evidence:
+    """Numbers behind one name, on the training records."""
+
+    name: str
+    strengths: tuple[float, ...]  # estimated run by run, 1 is the common fit; nan where a run does not excite it
+    spread: float  # their scatter beyond noise
+    left: float  # share of the base's gap energy that all names together leave
+    confidence: float
+    alternatives: tuple[tuple[str, float], ...]
+    gap_before: float  # N, with every other name but this
+    own_share: float  # of its signature: what no refit of the base could imitate
+
+
+def strengths(model: Model, name: str, records: Sequence[Record]) -> tuple[Floats, Floats]:
+    """Strength of one element in every record, relative to the common fit, and its precision (1/variance), (R,).
+
+    λ_r = 1 + s⊥·r / s⊥·s⊥ over the samples of record r, with s⊥ the element's contribution less all that the other
+    parameters could absorb.
+    """
+    without = model.without(name)
+    free = free_parameters(without, records)
+    base = evaluate(without, records, free)
+    columns, contributions, residuals = [], [], []
+    for r, gradient in zip(records, base.gradients, strict=True):
+        force, _ = predict(model, r)
+        columns.append(gradient / r.sigma)
+        contributions.append((force - predict(without, r)[0]) / r.sigma)
+        residuals.append((r.measured - force) / r.sigma)
+    basis = orthonormal(np.concatenate(columns))
+    stacked = np.concatenate(contributions)
+    own = stacked - basis @ (basis.T @ stacked)
+    edges = np.cumsum([0] + [r.size for r in residuals])
+    values, precision = [], []
+    for k, residual in enumerate(residuals):
+        s = own[edges[k] : edges[k + 1]]
+        energy = float(s @ s)
+        values.append(1.0 + float(s @ residual) / energy if energy > 0.0 else np.nan)
+        precision.append(energy)
+    return np.array(values), np.array(precision)
+
+
+def spread_of(values: Floats, precision: Floats) -> float:
+    """Scatter of strengths beyond their noise, weighted by what each record knows of it."""
+    known = precision > 1e-3 * np.max(precision, initial=0.0)
+    if np.sum(known) < 2:
+        return 0.0
+    v, w = values[known], precision[known]
+    mean = float(np.sum(w * v) / np.sum(w))
+    variance = float(np.sum(w * (v - mean) ** 2) / np.sum(w)) - (v.size - 1) / float(np.sum(w))
+    return float(np.sqrt(max(variance, 0.0)))
+
+
+def gather(found: Search, base_excess: float, records: Sequence[Record]) -> list[Evidence]:
+    """Evidence for every name of a search, in the order in which they were found."""
+    left = max(found.excess, 0.0) / max(base_excess, 1e-300)
+    out = []
+    for name in found.names:
+        values, precision = strengths(found.fit.model, name, records)
+        spread = spread_of(values, precision)
+        move = _decisive(found.moves, name)
+        weights = _rival_weights(move, name)
+        total = 1.0 + sum(weights.values())
+        belief = (1.0 - _logistic((spread - _SPREAD_LIMIT) / _SPREAD_SCALE)) * (
+            1.0 - 0.9 * _logistic((left - _LEFT_LIMIT) / _LEFT_SCALE)
+        )
+        ranked = sorted(weights.items(), key=lambda item: -item[1])[:3]
+        out.append(
+            Evidence(
+                name=name,
+                strengths=tuple(float(v) for v in values),
+                spread=spread,
+                left=left,
+                confidence=belief / total,
+                alternatives=tuple((n, belief * w / total) for n, w in ranked if belief * w / total > 0.005),
+                gap_before=_rms_without(found, name, records),
+                own_share=float(
+                    np.sqrt(np.sum(precision) / max(_energy(found.fit.model, name, records), 1e-300))
+                ),
+            )
+        )
+    return out
+
+
+def _decisive(moves: Sequence[Move], name: str) -> Move:
+    """The last move that brought a name in."""
+    return [m for m in moves if m.kind in ("add", "swap") and m.name.endswith(name)][-1]
+
+
+def _rival_weights(move: Move, name: str) -> dict[str, float]:
+    """Odds of each rival against the chosen name: worse fits fade by the tolerance of form, finer forms by parsimony."""
+    chosen = next(t for t in move.rivals if t.name == name)
+    allowed = tolerance(chosen) + 10.0
+    weights = {}
+    for t in move.rivals:
+        if t.name != name:
+            worse = max(t.excess - chosen.excess, 0.0) / allowed
+            weights[t.name] = _prior(t, chosen) * float(np.exp(-2.0 * worse))
+    return weights
+
+
+def _prior(trial: Trial, chosen: Trial) -> float:
+    return float(_PER_PARAMETER ** max(complexity(trial) - complexity(chosen), 0.0)) * 0.5
+
+
+def _rms_without(found: Search, name: str, records: Sequence[Record]) -> float:
+    move = _decisive(found.moves, name)
+    samples = sum(r.measured.size for r in records)
+    noise = float(np.sqrt(np.mean([r.sigma**2 for r in records])))
+    return noise * float(np.sqrt(1.0 + max(move.excess_before, 0.0) / samples))
+
+
+def _energy(model: Model, name: str, records: Sequence[Record]) -> float:
+    without = model.without(name)
+    return sum(float(np.sum((predict(model, r)[0] - predict(without, r)[0]) ** 2)) / r.sigma**2 for r in records)
+
+
+def _logistic(x: float) -> float:
+    return float(1.0 / (1.0 + np.exp(-np.clip(x, -60.0, 60.0))))
+
+
+__all__ = ["Evidence", "excess_of", "gather", "spread_of", "strengths"]

@@ -1,0 +1,259 @@
+"""Explain a gap: from a base model and measured runs to the names of what the model is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.discrepancy.candidates import unlimited
+from identification.discrepancy.checks import check_model, check_runs
+from identification.discrepancy.evidence import Evidence, gather
+from identification.discrepancy.explanation import (
+    Effect,
+    Explanation,
+    NextTest,
+    Traces,
+    Verdict,
+    gaps_of,
+)
+from identification.discrepancy.holdout import keep_back
+from identification.discrepancy.hum import Hum, find_hum, hum_in
+from identification.discrepancy.naming import (
+    FORM_TOLERANCE,
+    Search,
+    contribution,
+    excess_of,
+    material_excess,
+    search,
+    significant_excess,
+)
+from identification.discrepancy.nexttest import propose
+from identification.discrepancy.where import Region, locate
+from identification.fitting.leastsquares import Fit, fit_records, predict
+from identification.physical.elements import CATALOGUE
+from identification.physical.model import Element, Model
+from identification.record import Record, compact, record_from_run
+from rigctl.runfile import Run
+
+Floats = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+
+_UTTER = 0.2  # below this confidence a name is no name
+_AMBIGUOUS = 0.9  # below this confidence the next test is worth its rig time
+_NEAR_FLOOR = 0.35  # an excess below this share of the noise can't be told from it run by run
+
+
+def explain(
+    model: Model,
+    runs: Sequence[Run],
+    held_out: Sequence[Run] | None = None,
+    *,
+    on_progress: Progress | None = None,
+) -> Explanation:
+    """Find where `model` and the runs disagree, name what is missing, add it, and show the gap shrink.
+
+    Parameters
+    ----------
+    model : the simulation as it is today; its parameters may be off
+    runs : measured on one specimen
+    held_out : runs that no fit may see; without them some of `runs` are kept back
+
+    Raises
+    ------
+    DataError
+        when the runs can't be used together, or not for this model.
+    SimulationError
+        when the model as given can't run on them.
+    """
+    say = on_progress or (lambda text, done: None)
+    say("preparing the runs", 0.0)
+    check_runs([*runs, *(held_out or ())])
+    records = [record_from_run(r) for r in runs]
+    train, held = (records, [record_from_run(r) for r in held_out]) if held_out else keep_back(records)
+    check_model(model, [*train, *held])
+    say("fitting the model as given", 0.05)
+    base = fit_records(model, [compact(r) for r in train])
+    hum, train_quiet = _without_hum(base, train)
+    if hum is not None:
+        base = fit_records(model, train_quiet)
+    say("looking for what is missing", 0.2)
+    found = search(model, base, train_quiet, on_progress=lambda text: say(text, 0.4))
+    found, evidence = _through_the_gates(found, base, train_quiet)
+    say("fitting the named effects", 0.8)
+    return _conclude(model, base, found, evidence, hum, train, held, train_quiet, say)
+
+
+def _without_hum(base: Fit, train: Sequence[Record]) -> tuple[Hum | None, list[Record]]:
+    """Mains hum, if all runs share one, and the compact records with it taken out."""
+    residuals = [r.measured - predict(base.model, r)[0] for r in train]
+    hum = None if base.model.has("mains_hum") else find_hum(residuals, train)
+    if hum is None:
+        return None, [compact(r) for r in train]
+    return hum, [compact(r, hum_in(r, e, hum)) for r, e in zip(train, residuals, strict=True)]
+
+
+def _through_the_gates(found: Search, base: Fit, records: Sequence[Record]) -> tuple[Search, list[Evidence]]:
+    """Take back, one by one, the names that one strength in all runs does not bear out."""
+    while found.names:
+        evidence = gather(found, excess_of(base), records)
+        weakest = min(evidence, key=lambda e: e.confidence)
+        if weakest.confidence >= _UTTER:
+            return found, evidence
+        rest = fit_records(found.fit.model.without(weakest.name), records)
+        names = tuple(n for n in found.names if n != weakest.name)
+        found = replace(found, fit=rest, names=names, excess=excess_of(rest))
+    return found, []
+
+
+@dataclass(frozen=True, slots=True)
+class _Final:
+    model: Model
+    names: tuple[str, ...]
+
+
+def _conclude(
+    given: Model,
+    base: Fit,
+    found: Search,
+    evidence: Sequence[Evidence],
+    hum: Hum | None,
+    train: Sequence[Record],
+    held: Sequence[Record],
+    quiet: Sequence[Record],
+    say: Progress,
+) -> Explanation:
+    grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
+    grown = replace(grown, elements=tuple(unlimited(e) if e.name in found.names else e for e in grown.elements))
+    final = fit_records(grown, train, max_iterations=12) if (found.names or hum) else base
+    full_base = fit_records(base.model, train, max_iterations=8)
+    traces = [_trace(r, given, full_base.model, final.model, held_out=False) for r in train]
+    traces += [_trace(r, given, full_base.model, final.model, held_out=True) for r in held]
+    forces = [(t.as_given, t.refitted, t.final) for t in traces]
+    in_train, in_held = gaps_of(train, forces[: len(train)]), gaps_of(held, forces[len(train) :])
+    names = found.names + (("mains_hum",) if hum else ())
+    left = _left_over(found, quiet)
+    verdict = _verdict(base, names, left, quiet)
+    regions, profiles = locate([r.measured - predict(base.model, r)[0] for r in quiet], quiet)
+    effects = _effects(final, found, evidence, hum, in_train.final)
+    if verdict == Verdict.NO_DISCREPANCY:
+        effects, regions = (), []
+    say("designing the next test", 0.95)
+    unsure = bool(effects) and min(e.confidence for e in effects) < _AMBIGUOUS or verdict == Verdict.UNKNOWN_EFFECT
+    next_test = propose(found, quiet) if unsure else NextTest()
+    return Explanation(
+        verdict=verdict,
+        effects=effects,
+        train=in_train,
+        held_out=in_held,
+        where=tuple(regions),
+        profiles=tuple(profiles),
+        repeatable=verdict in (Verdict.UNKNOWN_EFFECT, Verdict.PARTLY_EXPLAINED),
+        remainder=_remainder(verdict, found, quiet, regions),
+        next_test=next_test,
+        given=given,
+        base=full_base,
+        model=replace(final.model, name=_name(given, names)),
+        moves=found.moves,
+        traces=tuple(traces),
+        notes=tuple(_notes(train, held)),
+    )
+
+
+def _trace(record: Record, given: Model, base: Model, final: Model, *, held_out: bool) -> Traces:
+    forces = [predict(m, record)[0] for m in (given, base, final)]
+    return Traces(record=record, as_given=forces[0], refitted=forces[1], final=forces[2], held_out=held_out)
+
+
+def _left_over(found: Search, records: Sequence[Record]) -> bool:
+    """Whether something repeatable stays that neither noise nor the form of what was named can answer for."""
+    samples = sum(r.measured.size for r in records)
+    form = sum(FORM_TOLERANCE**2 * contribution(found.fit.model, n, records) for n in found.names)
+    floor = max(material_excess(records), significant_excess(found.fit, records), _NEAR_FLOOR**2 * samples)
+    return found.excess > floor + form
+
+
+def _verdict(base: Fit, names: Sequence[str], left: bool, records: Sequence[Record]) -> Verdict:
+    if not names:
+        gap = excess_of(base) > max(material_excess(records), significant_excess(base, records))
+        return Verdict.UNKNOWN_EFFECT if gap else Verdict.NO_DISCREPANCY
+    return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
+
+
+def _effects(
+    final: Fit, found: Search, evidence: Sequence[Evidence], hum: Hum | None, gap_after: float
+) -> tuple[Effect, ...]:
+    out = []
+    for k, e in enumerate(evidence):
+        after = evidence[k + 1].gap_before if k + 1 < len(evidence) else gap_after
+        element = next(x for x in reversed(final.model.elements) if x.name == e.name)
+        out.append(_effect(element, e.confidence, e.alternatives, e.gap_before, min(after, e.gap_before), e))
+    if hum is not None:
+        element = next(x for x in final.model.elements if x.name == "mains_hum")
+        before = float(np.hypot(gap_after, hum.amplitude / np.sqrt(2.0)))
+        out.append(_effect(element, 0.99, (), before, gap_after, None))
+    return tuple(out)
+
+
+def _effect(
+    element: Element,
+    confidence: float,
+    alternatives: tuple[tuple[str, float], ...],
+    before: float,
+    after: float,
+    evidence: Evidence | None,
+) -> Effect:
+    values = {
+        spec.name: (p.value, p.std, spec.unit)
+        for spec, p in zip(element.spec.parameters, element.parameters, strict=True)
+    }
+    return Effect(
+        element=element.name,
+        path=element.spec.path,
+        confidence=confidence,
+        parameters=values,
+        alternatives=alternatives,
+        gap_before=before,
+        gap_after=after,
+        evidence=evidence,
+    )
+
+
+def _remainder(verdict: Verdict, found: Search, records: Sequence[Record], regions: Sequence[Region]) -> str:
+    if verdict in (Verdict.NO_DISCREPANCY, Verdict.EXPLAINED):
+        return ""
+    samples = sum(r.measured.size for r in records)
+    noise = float(np.sqrt(np.mean([r.sigma**2 for r in records])))
+    size = noise * float(np.sqrt(max(found.excess, 0.0) / samples))
+    where = regions[0].text if regions else "spread over all runs"
+    if verdict == Verdict.UNKNOWN_EFFECT:
+        near = _nearest(found)
+        return f"a repeatable {size:.3g} N rms that no element of the catalogue explains; {where}{near}"
+    return f"a repeatable {size:.3g} N rms stays after the named effects; before them the gap lay {where}"
+
+
+def _nearest(found: Search) -> str:
+    if not found.moves:
+        return ""
+    best = min(found.moves[0].rivals, key=lambda t: t.excess)
+    title = CATALOGUE[best.name].title
+    return f"; nearest in shape is {title}, but its strength differs from run to run"
+
+
+def _name(given: Model, names: Sequence[str]) -> str:
+    return given.name if not names else f"{given.name} + {', '.join(CATALOGUE[n].title for n in names)}"
+
+
+def _notes(train: Sequence[Record], held: Sequence[Record]) -> list[str]:
+    notes = [f"{r.name}: {r.route}" for r in train] + [f"{r.name} (held out): {r.route}" for r in held]
+    notes += [f"{r.name}: {note}" for r in (*train, *held) for note in r.notes]
+    every = [*train, *held]
+    if not any(r.has_current for r in every):
+        notes.append("no run has a control current: effects on the control path could not have shown")
+    if not any(r.has_temperature for r in every):
+        notes.append("no run has a temperature: a fade with temperature could not have shown")
+    if all(r.kind in ("sine", "triangle") for r in every) and len({round(r.bandwidth_hz, 1) for r in every}) == 1:
+        notes.append("one frequency only: a stiffness and a moving mass look alike here")
+    return notes

@@ -1,0 +1,41 @@
+"""Which runs no fit may see, where the user has not said."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from identification.record import Record
+
+_SHARE = 0.25
+
+
+def keep_back(records: Sequence[Record]) -> tuple[list[Record], list[Record]]:
+    """Training and held-out records: about a quarter is kept back, spread over the list; of one run its last part.
+
+    Runs whose kind stands alone (the only one with current steps, say) stay in training, so that nothing that only
+    they can show is lost.
+    """
+    if len(records) == 1:
+        return _split(records[0])
+    kinds = [r.kind for r in records]
+    common = [k for k, kind in enumerate(kinds) if kinds.count(kind) > 1] or list(range(1, len(records)))
+    count = max(1, round(_SHARE * len(records)))
+    count = min(count, len(common) - 1) if len(common) > 1 else 1
+    step = len(common) / count
+    chosen = {common[int((k + 0.5) * step)] for k in range(count)}
+    train = [r for k, r in enumerate(records) if k not in chosen]
+    return train, [r for k, r in enumerate(records) if k in chosen]
+
+
+def _split(record: Record) -> tuple[list[Record], list[Record]]:
+    """The last quarter of the only run, in whole periods where it has some; with one period both see it."""
+    start, stop = record.window.start, record.window.stop
+    if record.period and (stop - start) // record.period < 2:
+        return [record], [replace(record, name=f"{record.name} (seen)")]
+    unit = record.period or 1
+    cut = start + max(unit, round((stop - start) * (1.0 - _SHARE) / unit) * unit)
+    cut = min(cut, stop - unit)
+    first = replace(record, name=f"{record.name} (first part)", window=slice(start, cut))
+    last = replace(record, name=f"{record.name} (last part)", window=slice(cut, stop))
+    return [first], [last]

@@ -1,0 +1,185 @@
+"""The model file: a physical model as JSON, read with every mistake named, and written whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path as FilePath
+from typing import Any
+
+from identification.errors import ModelError
+from identification.physical.elements import CATALOGUE, PATHS, ElementSpec
+from identification.physical.model import Element, Model, Parameter
+from rigctl.durable import replacing
+
+FORMAT = "damper-rig/model"
+FORMAT_VERSION = 1
+_KEYS = {"value", "fixed", "min", "max", "std"}
+
+# What JSON gives is of any type until it has been looked at.
+Json = Any
+
+
+def read_model(path: str | os.PathLike[str]) -> Model:
+    """A physical model from its file.
+
+    Raises
+    ------
+    ModelError
+        one line that names the file, the place in it, the value and what would be right.
+    """
+    try:
+        text = FilePath(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        raise ModelError(f"{path}: can't be read ({reason}): give a model file in JSON") from error
+    try:
+        data = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise ModelError(f"{path}: line {error.lineno}, column {error.colno}: no JSON ({error.msg})") from error
+    try:
+        return model_from_json(data)
+    except ModelError as error:
+        raise ModelError(f"{path}: {error}") from error
+
+
+def model_from_json(data: Json) -> Model:
+    """A physical model from parsed JSON; raises ModelError with the place and the cure."""
+    if not isinstance(data, Mapping):
+        raise ModelError(f"a model is an object, this is {_kind(data)}")
+    if data.get("format") != FORMAT:
+        raise ModelError(f"format is {data.get('format')!r}: a model file has '{FORMAT}'")
+    version = data.get("format_version")
+    if not isinstance(version, int) or isinstance(version, bool) or version < 1:
+        raise ModelError(f"format_version is {version!r}: it must be a positive integer")
+    if version > FORMAT_VERSION:
+        raise ModelError(f"format_version is {version}: this program reads up to {FORMAT_VERSION}; update it")
+    if data.get("kind") != "physical":
+        raise ModelError(f"kind is {data.get('kind')!r}: only 'physical' models have named elements")
+    paths = data.get("paths")
+    if not isinstance(paths, Mapping):
+        raise ModelError("paths is missing: it holds mount, control, core and sensor")
+    unknown = set(paths) - set(PATHS)
+    if unknown:
+        raise ModelError(f"paths.{min(unknown)} is no path: use {', '.join(PATHS)}")
+    name = data.get("name", "")
+    if not isinstance(name, str):
+        raise ModelError(f"name is {name!r}: it must be text")
+    return Model(name=name, elements=tuple(e for p in PATHS for e in _elements(p, paths.get(p, []))))
+
+
+def _elements(path: str, items: Json) -> list[Element]:
+    if not isinstance(items, list):
+        raise ModelError(f"paths.{path} is {_kind(items)}: it must be a list of elements")
+    return [_element(f"paths.{path}[{k}]", path, item) for k, item in enumerate(items)]
+
+
+def _element(where: str, path: str, item: Json) -> Element:
+    if not isinstance(item, Mapping) or not isinstance(item.get("element"), str):
+        raise ModelError(f"{where} has no 'element': name one of the catalogue")
+    name = item["element"]
+    spec = CATALOGUE.get(name)
+    if spec is None:
+        raise ModelError(f"{where}: element '{name}' is not in the catalogue: use one of {', '.join(CATALOGUE)}")
+    if spec.path != path:
+        raise ModelError(f"{where}: '{name}' belongs to {spec.path}, not to {path}: move it there")
+    extra = set(item) - {"element", "parameters"}
+    if extra:
+        raise ModelError(f"{where}.{min(extra)} is unknown: an element has 'element' and 'parameters'")
+    given = item.get("parameters", {})
+    if not isinstance(given, Mapping):
+        raise ModelError(f"{where}.parameters is {_kind(given)}: it must be an object")
+    unknown = set(given) - {p.name for p in spec.parameters}
+    if unknown:
+        raise ModelError(
+            f"{where}: '{name}' has no parameter '{min(unknown)}': it has {', '.join(p.name for p in spec.parameters)}"
+        )
+    try:
+        return Element(name, tuple(_parameters(where, spec, given)))
+    except ModelError as error:
+        raise ModelError(f"{where}: {error}") from error
+
+
+def _parameters(where: str, spec: ElementSpec, given: Mapping[str, Json]) -> list[Parameter]:
+    out = []
+    for p in spec.parameters:
+        default = p.constant if p.constant is not None else p.default
+        if p.name not in given and default is None:
+            raise ModelError(f"'{spec.name}' lacks its parameter '{p.name}' ({p.unit})")
+        if p.name not in given:
+            out.append(Parameter(value=float(default or 0.0), fixed=True))
+        else:
+            out.append(_parameter(f"{where}.{p.name}", given[p.name], constant=p.constant is not None))
+    return out
+
+
+def _parameter(where: str, raw: Json, *, constant: bool) -> Parameter:
+    if not isinstance(raw, Mapping):
+        return Parameter(value=_number(where, raw), fixed=constant)
+    unknown = set(raw) - _KEYS
+    if unknown:
+        raise ModelError(f"{where}.{min(unknown)} is unknown: a parameter has {', '.join(sorted(_KEYS))}")
+    if "value" not in raw:
+        raise ModelError(f"{where} has no 'value'")
+    fixed = raw.get("fixed", False)
+    if not isinstance(fixed, bool):
+        raise ModelError(f"{where}.fixed is {fixed!r}: it must be true or false")
+    numbers = {key: _number(f"{where}.{key}", raw[key]) for key in ("min", "max", "std") if raw.get(key) is not None}
+    return Parameter(
+        value=_number(where, raw["value"]),
+        fixed=fixed or constant,
+        low=numbers.get("min"),
+        high=numbers.get("max"),
+        std=numbers.get("std"),
+    )
+
+
+def _number(where: str, raw: Json) -> float:
+    if isinstance(raw, bool) or not isinstance(raw, int | float):
+        raise ModelError(f"{where} is {raw!r}: it must be a number in SI units")
+    return float(raw)
+
+
+def _kind(value: Json) -> str:
+    names = {list: "a list", str: "text", dict: "an object", type(None): "nothing", bool: "true or false"}
+    return names.get(type(value), "a number")
+
+
+def model_to_json(model: Model) -> dict[str, Json]:
+    """The model as JSON data, element by element on its four paths."""
+    return {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "name": model.name,
+        "kind": "physical",
+        "paths": {
+            path: [
+                {
+                    "element": e.name,
+                    "parameters": {
+                        spec.name: _parameter_json(p)
+                        for spec, p in zip(e.spec.parameters, e.parameters, strict=True)
+                        if not (spec.refinement and p.fixed and p.value == spec.default)
+                    },
+                }
+                for e in model.on(path)
+            ]
+            for path in PATHS
+        },
+    }
+
+
+def _parameter_json(p: Parameter) -> Json:
+    more = {"min": p.low, "max": p.high, "std": p.std}
+    known: dict[str, Json] = {key: value for key, value in more.items() if value is not None}
+    if p.fixed:
+        known["fixed"] = True
+    return {"value": p.value, **known} if known else p.value
+
+
+def write_model(path: str | os.PathLike[str], model: Model) -> None:
+    """Write a model file: complete under its name, or not at all."""
+    text = json.dumps(model_to_json(model), indent=2, ensure_ascii=False) + "\n"
+    with replacing(FilePath(path)) as temporary:
+        temporary.write_text(text, encoding="utf-8")
