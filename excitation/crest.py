@@ -13,7 +13,7 @@ from excitation.turns import cosine_and_sine, uniform
 __all__ = ["crest_factor_of", "low_crest", "schroeder"]
 
 _EXPONENTS = (4, 16, 64, 256, 1024)
-_OVERSAMPLING = 16  # samples per period of the highest line, while the peak is sought
+_OVERSAMPLING = 32  # samples per period of the highest line, while the peak is sought
 
 
 def schroeder(amplitude: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -84,8 +84,9 @@ class _Signal:
     def __call__(self, turns: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
         cos, sin = cosine_and_sine(turns)
         spectrum = np.zeros(self.samples // 2 + 1, dtype=np.complex128)
-        phasor = self.amplitude * cos + 1j * (self.amplitude * sin)
-        spectrum[self.lines] = phasor
+        spectrum.real[self.lines] = self.amplitude * cos
+        spectrum.imag[self.lines] = self.amplitude * sin
+        phasor = spectrum[self.lines]
         return np.fft.irfft(spectrum, n=self.samples, norm="forward") * 0.5, phasor
 
     def norm(self, exponent: int, turns: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:

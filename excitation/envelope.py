@@ -21,6 +21,7 @@ __all__ = [
     "predict",
     "read_envelope",
     "scale_to_fit",
+    "temperatures",
 ]
 
 _ROUNDING = 1e-9  # of a limit: what differentiation by DFT may add

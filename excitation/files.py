@@ -9,7 +9,9 @@ from typing import TypeVar
 from excitation.atomic import written_whole
 from excitation.errors import ExcitationFileError
 from excitation.hdf5 import read_hdf5, write_hdf5
+from excitation.matlab import read_mat, write_mat
 from excitation.plan_files import read_plan, write_plan
+from excitation.rpc3 import read_drive, write_drive, write_response
 from excitation.signal import Excitation
 from excitation.spreadsheet import read_csv, write_csv
 
@@ -17,8 +19,20 @@ __all__ = ["READABLE", "WRITABLE", "read_excitation", "read_plan", "write_excita
 
 Handler = TypeVar("Handler")
 
-_WRITERS: Mapping[str, Callable[[Path, Excitation], None]] = {".h5": write_hdf5, ".csv": write_csv}
-_READERS: Mapping[str, Callable[[Path], Excitation]] = {".h5": read_hdf5, ".csv": read_csv}
+_WRITERS: Mapping[str, Callable[[Path, Excitation], None]] = {
+    ".h5": write_hdf5,
+    ".csv": write_csv,
+    ".mat": write_mat,
+    ".drv": write_drive,
+    ".rsp": write_response,
+}
+_READERS: Mapping[str, Callable[[Path], Excitation]] = {
+    ".h5": read_hdf5,
+    ".csv": read_csv,
+    ".mat": read_mat,
+    ".drv": read_drive,
+    ".rsp": read_drive,
+}
 
 WRITABLE = tuple(_WRITERS)
 READABLE = tuple(_READERS)

@@ -35,7 +35,8 @@ class AxisRange:
         share = [n / (self.count - 1) for n in range(self.count)]
         if self.spacing == "linear":
             return tuple(self.min + s * (self.max - self.min) for s in share)
-        inner = [self.min * (self.max / self.min) ** s for s in share[1:-1]]
+        # six digits: powers differ in the last bit between machines
+        inner = [float(f"{self.min * (self.max / self.min) ** s:.6g}") for s in share[1:-1]]
         return (self.min, *inner, self.max)
 
 

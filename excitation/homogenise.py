@@ -31,7 +31,7 @@ def homogenised(spec: MultisineSpec) -> Period:
     tones = [motion] if current is None or "current" not in spec.covered_variables else [motion, current]
     axes = [_axis(spec, name, tones) for name in spec.covered_variables]
     if asked.method == "duym":
-        phases = duym(tones, axes, asked.grid, asked.iterations)
+        phases = duym(tones, axes, asked.grid, asked.iterations, (spec.seed, spec.realisation))
     else:
         phases = optimise_phases(tones, axes, _soft_limits(spec, motion), asked.grid, asked.iterations)
     motion = motion.with_phases(phases[0])

@@ -13,7 +13,7 @@ from excitation.motion import Motion, motion
 from excitation.rig import Envelope, Hydraulics, Specimen
 from excitation.signal import Excitation, Kind
 
-__all__ = ["ForceModel", "Prediction", "predict"]
+__all__ = ["ForceModel", "Prediction", "predict", "specimen_force"]
 
 ForceModel: TypeAlias = Callable[[Motion], NDArray[np.float64]]
 """Force in N, (N,), positive in tension, over the samples of a motion."""
@@ -43,7 +43,7 @@ class Prediction:
 def predict(excitation: Excitation, envelope: Envelope, force_model: ForceModel | None = None) -> Prediction:
     """Predicted load of one test; the force comes from ``force_model``, else from the envelope's specimen."""
     moved = motion(excitation)
-    force = _force(moved, envelope.specimen, force_model)
+    force = specimen_force(moved, envelope.specimen, force_model)
     energy = None if force is None else _energy(moved, force)
     oil = envelope.hydraulics
     flow = None if oil is None else oil.piston_area_m2 * np.abs(moved.velocity_m_s)
@@ -71,7 +71,10 @@ def _peak(values: NDArray[np.float64]) -> float:
     return float(np.abs(values).max())
 
 
-def _force(moved: Motion, specimen: Specimen | None, force_model: ForceModel | None) -> NDArray[np.float64] | None:
+def specimen_force(
+    moved: Motion, specimen: Specimen | None, force_model: ForceModel | None
+) -> NDArray[np.float64] | None:
+    """Force in N, (N,), from the model, else from the specimen; None with neither."""
     if force_model is not None:
         return force_model(moved)
     if specimen is None:

@@ -91,7 +91,8 @@ def _amplitude_spectrum(
     power = np.zeros(length // 2 + 1)
     for start in starts:
         segment = displacement[start : start + length]
-        power += np.abs(np.fft.rfft(window * (segment - segment.mean()))) ** 2
+        spectrum = np.fft.rfft(window * (segment - segment.mean()))
+        power += spectrum.real * spectrum.real + spectrum.imag * spectrum.imag
     frequency = np.arange(power.size) * (rate_hz / length)
     amplitude = np.sqrt(power / len(starts))
     inside = (frequency > low_hz) & (frequency < high_hz) & (frequency > 0)
