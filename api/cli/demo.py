@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from api.demo.story import Bar, Story
 
 __all__ = ["demo"]
 
@@ -15,12 +22,89 @@ def demo(
         Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of everything it makes.")
     ] = Path("demo-output"),
     seed: Annotated[
-        int | None, typer.Option(help="Draws the hidden effect; without it one is drawn and printed.")
+        int | None, typer.Option(help="Draws the hidden effect; without it a seed is drawn and printed.")
     ] = None,
     effect: Annotated[str | None, typer.Option(help="Hide this effect instead of a drawn one.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")] = False,
 ) -> None:
-    """A simulated rig, the service, a campaign, run files, a model, and what the simulation is missing.
+    """Run the main job end to end: simulated rig, service, campaign, run files, model, explained gap, report.
+
+    Takes about two minutes. Ctrl-C at any time stops the rig and ends everything that was started.
 
     Example: damper-rig demo -o demo-output --seed 7
     """
-    raise typer.Exit(1)
+    import secrets
+    import time
+
+    from api.cli.terminal import answer, messages
+    from api.demo.report import write_index
+    from api.demo.story import Asked, tell
+
+    begun = time.monotonic()
+    drawn = secrets.randbelow(1_000_000) if seed is None else seed
+    console = messages()
+    console.print(f"damper-rig demo, seed {drawn}, output in {output}")
+    story = tell(Asked(output=output, seed=drawn, effect=effect or ""), _Show(console))
+    report = output / "report.html"
+    write_index(story, report)
+    console.print(f"[bold]7[/bold]  Done in {time.monotonic() - begun:.0f} s")
+    answer(_text(story, report), _figures(story, report), as_json=as_json)
+
+
+class _Show:
+    """Steps as lines, bars only on a terminal."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+
+    def step(self, number: int, text: str) -> None:
+        self._console.print(f"[bold]{number}[/bold]  {text}")
+
+    def say(self, text: str) -> None:
+        self._console.print(f"   {text}", markup=False)
+
+    @contextmanager
+    def bars(self) -> Iterator[Bar]:
+        from rich.progress import TaskID
+
+        from api.cli.terminal import progress_display
+
+        with progress_display() as display:
+            tasks: dict[str, TaskID] = {}
+            said: set[str] = set()
+
+            def tell(name: str, done: float, text: str = "") -> None:
+                shown = f"   {name}: {text}" if text else f"   {name}"
+                if name not in tasks:
+                    tasks[name] = display.add_task(shown, total=1.0)
+                display.update(tasks[name], completed=done, description=shown)
+                if display.disable and shown not in said:
+                    said.add(shown)
+                    self._console.print(shown, markup=False)
+
+            yield tell
+
+
+def _figures(story: Story, report: Path) -> dict[str, object]:
+    return {
+        "seed": story.asked.seed,
+        "hidden": list(story.truth),
+        "named_right": story.named_right,
+        "rig": dict(story.rig.report),
+        "real": dict(story.real.report),
+        "report": str(report),
+    }
+
+
+def _text(story: Story, report: Path) -> str:
+    from api.demo.report import gap_rows, words_of
+
+    lines = []
+    for finding in (story.rig, story.real):
+        ladder = ", ".join(f"{name} {value:.4g} N" for name, value in gap_rows(finding))
+        closed = finding.report["gap"]["held_out"].get("closed")
+        share = "" if closed is None else f" ({100 * closed:.1f} % of the reducible gap closed)"
+        lines += [f"{finding.title}: {words_of(finding)}", f"  held-out gap: {ladder}{share}"]
+    right = "named right" if story.named_right else "not what was named"
+    lines.append(f"Hidden in the rig was: {', '.join(story.truth)} ({right})")
+    return "\n".join([*lines, f"Report: {report}"])

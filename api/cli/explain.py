@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-__all__ = ["explain"]
+__all__ = ["explain", "in_words"]
 
 
 def explain(
@@ -25,14 +26,32 @@ def explain(
     """
     from api.cli.terminal import answer, progress_bar
     from identification.discrepancy import explain as explain_gap
-    from identification.discrepancy import write_report
+    from identification.discrepancy import report_data, write_report
     from identification.physical.modelfile import read_model
     from rigctl.runfile import read_run
 
     base = read_model(model)
     measured = [read_run(path) for path in runs]
     kept = [read_run(path) for path in held_out or []]
-    with progress_bar("explaining"):
-        found = explain_gap(base, measured, kept or None)
+    with progress_bar("explaining") as tell:
+        found = explain_gap(base, measured, kept or None, on_progress=lambda text, done: tell(done, text))
     write_report(found, output)
-    answer(str(output / "report.html"), {}, as_json=as_json)
+    report = report_data(found)
+    answer("\n".join([*in_words(report), str(output / "report.html")]), report, as_json=as_json)
+
+
+def in_words(report: Mapping[str, Any]) -> list[str]:
+    """The verdict, the names and the gap on held-out runs, a line each. Any: the JSON of the report."""
+    gap = report["gap"]["held_out"]
+    lines = [f"verdict: {report['verdict'].replace('_', ' ')}"]
+    for effect in report["effects"]:
+        values = ", ".join(f"{n} = {p['value']:.4g} {p['unit']}".rstrip() for n, p in effect["parameters"].items())
+        lines.append(
+            f"missing: {effect['element']} on the {effect['path']} path, "
+            f"confidence {effect['confidence']:.2f} ({values})"
+        )
+    lines.append(
+        f"held-out gap: {gap['as_given']:.4g} N as given, {gap['base_refitted']:.4g} N refitted, "
+        f"{gap['final']:.4g} N explained, noise floor {gap['noise_floor']:.4g} N"
+    )
+    return lines

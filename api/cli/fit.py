@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from identification.fitting import Fit
 
 __all__ = ["fit"]
 
@@ -27,7 +30,36 @@ def fit(
 
     start = read_model(model)
     measured = [read_run(path) for path in runs]
-    with progress_bar("fitting"):
-        result = fit_model(start, measured)
+    with progress_bar("fitting") as tell:
+        result = fit_model(start, measured, on_step=lambda step, cost: tell(1 - 0.8**step, f"fitting, step {step}"))
     write_model(output, result.model)
-    answer(str(result), {}, as_json=as_json)
+    answer(_text(output, result), _figures(output, result), as_json=as_json)
+
+
+def _figures(output: Path, result: Fit) -> dict[str, Any]:
+    return {
+        "file": str(output),
+        "gap": {"value": result.rms, "unit": "N"},
+        "converged": result.converged,
+        "reason": result.reason,
+        "iterations": result.iterations,
+        "parameters": {
+            f"{element.name}.{element.spec.parameters[k].name}": {
+                "value": element.parameters[k].value,
+                "std": element.parameters[k].std,
+                "unit": element.spec.parameters[k].unit,
+                "fixed": element.parameters[k].fixed,
+            }
+            for element, k in result.model.slots()
+        },
+    }
+
+
+def _text(output: Path, result: Fit) -> str:
+    lines = [f"{output}: gap {result.rms:.4g} N rms after {result.iterations} iterations"]
+    if not result.converged:
+        lines[0] += f", not converged: {result.reason}"
+    for name, entry in _figures(output, result)["parameters"].items():
+        spread = "fixed" if entry["fixed"] else "" if entry["std"] is None else f"± {entry['std']:.2g}"
+        lines.append(f"  {name:<36} {entry['value']:>12.5g} {entry['unit']:<10} {spread}".rstrip())
+    return "\n".join(lines)

@@ -21,7 +21,7 @@ def simulate(
     """
     from api.cli.terminal import progress_bar
     from identification.physical.modelfile import read_model
-    from identification.physical.simulate import simulate_run
+    from identification.simulation import simulate_run
     from rigctl.runfile import read_run, with_channel, write_run
 
     described, measured = read_model(model), read_run(run)
