@@ -39,12 +39,13 @@ def read_mat(path: Path) -> Excitation:
     Raises ExcitationFileError that names the variable.
     """
     from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
 
     try:
         found = loadmat(path, squeeze_me=True)
     except NotImplementedError as error:
         raise ExcitationFileError(f"{path}: MATLAB 7.3 files are not read: save it with '-v7'") from error
-    except (ValueError, TypeError) as error:
+    except (MatReadError, ValueError, TypeError) as error:
         raise ExcitationFileError(f"{path}: no MATLAB file: {error}") from error
     for name in ("displacement_command", "sample_rate"):
         if name not in found:

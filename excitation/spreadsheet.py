@@ -1,25 +1,24 @@
 """Excitation files as CSV that a spreadsheet opens: one header line, one line a sample.
 
-The two last columns, `property` and `value`, hold in the first lines what the columns of samples cannot say.
+The last column, `description`, holds in its first cell, as JSON, what the columns of samples cannot say.
 """
 
 from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator
-from itertools import chain, repeat
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from excitation.errors import ExcitationFileError
-from excitation.signal import Excitation, Kind
+from excitation.signal import JSON, Excitation, Kind
 
 __all__ = ["read_csv", "write_csv"]
 
 _TIME, _DISPLACEMENT, _CURRENT = "time (s)", "displacement_command (m)", "current_command (A)"
-_EXTRA = ["property", "value"]
+_DESCRIPTION = "description"
 
 
 def write_csv(path: Path, excitation: Excitation) -> None:
@@ -30,24 +29,26 @@ def write_csv(path: Path, excitation: Excitation) -> None:
     names = [_TIME, _DISPLACEMENT, _CURRENT][: 1 + len(columns)]
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
-        out.writerow([*names, *_EXTRA])
-        properties = chain(_properties(excitation), repeat(("", "")))
+        out.writerow([*names, _DESCRIPTION])
         for n, row in enumerate(zip(*columns, strict=True)):
-            out.writerow([n / excitation.sample_rate_hz, *row, *next(properties)])
+            said = json.dumps(_described(excitation)) if n == 0 else ""
+            out.writerow([n / excitation.sample_rate_hz, *row, said])
 
 
-def _properties(excitation: Excitation) -> Iterator[tuple[str, str]]:
-    yield "sample_rate", repr(excitation.sample_rate_hz)
-    yield "period_samples", str(excitation.period_samples)
-    yield "excitation_kind", str(excitation.kind)
-    yield "design", json.dumps(excitation.design)
-    yield "figures", json.dumps(excitation.figures)
+def _described(excitation: Excitation) -> dict[str, JSON]:
+    return {
+        "excitation_kind": str(excitation.kind),
+        "sample_rate": excitation.sample_rate_hz,
+        "period_samples": excitation.period_samples,
+        "design": excitation.design,
+        "figures": excitation.figures,
+    }
 
 
 def read_csv(path: Path) -> Excitation:
     """Reads one excitation: one of ours, or any table with the columns time (s) and displacement_command (m).
 
-    Without the columns `property` and `value` the sample rate is that of the time column, the kind "custom".
+    Without the column `description` the sample rate is that of the time column, the kind "custom".
 
     Raises ExcitationFileError that names file, line and what would be right.
     """
@@ -62,19 +63,20 @@ def read_csv(path: Path) -> Excitation:
         table = [row for row in rows if row]
     names = [name for name in (_TIME, _DISPLACEMENT, _CURRENT) if name in header]
     samples = {name: _numbers(path, table, header.index(name), name) for name in names}
-    properties = _read_properties(table, header)
-    rate = _sample_rate(path, samples[_TIME], properties)
+    said = _read_description(path, table, header)
     try:
         return Excitation(
-            kind=Kind(properties.get("excitation_kind", "custom")),
-            sample_rate_hz=rate,
-            period_samples=int(properties.get("period_samples", "0")),
+            kind=Kind(said.get("excitation_kind", "custom")),
+            sample_rate_hz=float(said.get("sample_rate", _measured_rate(path, samples[_TIME]))),
+            period_samples=int(said.get("period_samples", 0)),
             displacement_m=np.array(samples[_DISPLACEMENT]),
             current_a=np.array(samples[_CURRENT]) if _CURRENT in samples else None,
-            design=json.loads(properties.get("design", "{}")),
-            figures=json.loads(properties.get("figures", "{}")),
+            design=said.get("design", {}),
+            figures=said.get("figures", {}),
         )
-    except ValueError as error:
+    except (TypeError, ValueError) as error:
+        if isinstance(error, ExcitationFileError):
+            raise
         raise ExcitationFileError(f"{path}: {error}") from error
 
 
@@ -91,28 +93,31 @@ def _numbers(path: Path, table: list[list[str]], column: int, name: str) -> list
     return values
 
 
-def _read_properties(table: list[list[str]], header: list[str]) -> dict[str, str]:
-    if not set(_EXTRA) <= set(header):
-        return {}
-    key, value = (header.index(name) for name in _EXTRA)
-    return {row[key]: row[value] for row in table[:32] if len(row) > max(key, value) and row[key]}
-
-
-def _sample_rate(path: Path, time_s: list[float], properties: dict[str, str]) -> float:
-    """The stated rate, or that of the time column, which must then be uniform to 0.1 % of a sample."""
-    spacing = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
-    uneven = [
-        n for n, t in enumerate(time_s) if not abs(t - time_s[0] - n * spacing) <= 1e-3 * abs(spacing) + 1e-9 * abs(t)
-    ]
-    if not spacing > 0 or uneven:
-        line = 2 + (uneven[0] if uneven else 1)
-        raise ExcitationFileError(
-            f"{path}: line {line}: time does not rise evenly: every sample needs the same spacing"
-        )
+def _read_description(path: Path, table: list[list[str]], header: list[str]) -> dict[str, Any]:
+    """Any: JSON as somebody may have edited it; the caller converts."""
+    column = header.index(_DESCRIPTION) if _DESCRIPTION in header else len(header)
+    text = table[0][column] if len(table[0]) > column else ""
     try:
-        return float(properties["sample_rate"]) if "sample_rate" in properties else _tidy(1.0 / spacing)
+        said = json.loads(text or "{}")
     except ValueError as error:
-        raise ExcitationFileError(f"{path}: sample_rate is {properties['sample_rate']!r}: not a number") from error
+        raise ExcitationFileError(f"{path}: line 2, {_DESCRIPTION} is not JSON: {error}") from error
+    if not isinstance(said, dict):
+        raise ExcitationFileError(f"{path}: line 2, {_DESCRIPTION} is {text[:40]!r}: it must be a JSON object")
+    return said
+
+
+def _measured_rate(path: Path, time_s: list[float]) -> float:
+    """The rate of the time column, which must be uniform to 0.1 % of a sample."""
+    spacing = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
+    uneven = (
+        n for n, t in enumerate(time_s) if not abs(t - time_s[0] - n * spacing) <= 1e-3 * abs(spacing) + 1e-9 * abs(t)
+    )
+    first = next(uneven, None if spacing > 0 else 1)
+    if first is not None:
+        raise ExcitationFileError(
+            f"{path}: line {2 + first}: time does not rise evenly: every sample needs the same spacing"
+        )
+    return _tidy(1.0 / spacing)
 
 
 def _tidy(rate_hz: float) -> float:

@@ -115,9 +115,7 @@ def test_derivatives_are_those_of_the_lines(spec: MultisineSpec) -> None:
     velocity = derivative(period.displacement_m, rate)
     np.testing.assert_allclose(period.velocity_m_s, velocity, atol=1e-10 * np.abs(velocity).max())
     acceleration = derivative(period.velocity_m_s, rate)
-    np.testing.assert_allclose(
-        period.acceleration_m_s2, acceleration, atol=1e-10 * np.abs(acceleration).max()
-    )
+    np.testing.assert_allclose(period.acceleration_m_s2, acceleration, atol=1e-10 * np.abs(acceleration).max())
 
 
 @quick
@@ -169,10 +167,7 @@ def test_a_sine_has_whole_samples_per_period_at_the_nearest_frequency(
     period = made.period_samples
     realised = made.design["frequency"]
     assert realised == 1000.0 / period
-    assert (
-        abs(realised - frequency)
-        <= min(abs(1000.0 / n - frequency) for n in (period - 1, period + 1)) + 1e-12
-    )
+    assert abs(realised - frequency) <= min(abs(1000.0 / n - frequency) for n in (period - 1, period + 1)) + 1e-12
     assert made.samples == period * (cycles + settling)
     assert np.abs(made.displacement_m).max() <= amplitude
     assert abs(made.displacement_m.mean()) < 1e-12
@@ -180,9 +175,7 @@ def test_a_sine_has_whole_samples_per_period_at_the_nearest_frequency(
 
 @quick
 @given(st.floats(0.05, 30.0), amplitudes, st.floats(0.0, 0.49))
-def test_a_triangle_reaches_its_amplitude_at_constant_speed(
-    frequency: float, amplitude: float, corner: float
-) -> None:
+def test_a_triangle_reaches_its_amplitude_at_constant_speed(frequency: float, amplitude: float, corner: float) -> None:
     spec = TriangleSpec(
         sample_rate_hz=1000.0,
         amplitude_m=amplitude,

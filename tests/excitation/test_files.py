@@ -1,0 +1,285 @@
+"""What is written reads back; what is damaged is refused in one line and nothing half-written stays."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from excitation.design import remake
+from excitation.errors import DesignError, ExcitationError, ExcitationFileError
+from excitation.files import READABLE, WRITABLE, read_excitation, write_excitation
+from excitation.kinds import excitation_from_config
+from excitation.rpc3 import Channel, TimeHistory, read_rpc3, write_rpc3
+from excitation.signal import Excitation, Kind
+from excitation.turns import uniform
+
+MULTISINE: dict[str, Any] = {
+    "kind": "multisine",
+    "sample_rate": 500.0,
+    "period_samples": 700,
+    "periods": 2,
+    "displacement": {"f_min": 1.0, "f_max": 20.0, "max_displacement": 0.02, "max_velocity": 0.4},
+    "current": {"f_min": 1.0, "f_max": 50.0, "min": 0.2, "max": 1.1},
+}
+
+
+def made() -> Excitation:
+    return excitation_from_config(MULTISINE)
+
+
+@st.composite
+def excitations(draw: st.DrawFn) -> Excitation:
+    samples = draw(st.integers(2, 3000))
+    seed = draw(st.integers(0, 9999))
+    current = uniform((seed, 1), samples) if draw(st.booleans()) else None
+    return Excitation(
+        kind=draw(st.sampled_from(list(Kind))),
+        sample_rate_hz=draw(st.sampled_from([100.0, 1000.0, 512.5, 44100.0 / 7])),
+        period_samples=draw(st.integers(0, samples)),
+        displacement_m=draw(st.floats(1e-6, 1.0)) * (uniform((seed, 0), samples) - 0.5),
+        current_a=current,
+        design=draw(st.dictionaries(st.text(max_size=8), st.integers() | st.text(max_size=200), max_size=4)),
+    )
+
+
+@settings(max_examples=15, deadline=None)
+@given(excitations())
+@pytest.mark.parametrize("ending", WRITABLE)
+def test_every_format_reads_back_what_was_written(ending: str, excitation: Excitation) -> None:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / f"x{ending}"
+        write_excitation(path, excitation)
+        back = read_excitation(path)
+    sixteen_bits = ending in (".drv", ".rsp")
+    for wrote, read in (
+        (excitation.displacement_m, back.displacement_m),
+        (excitation.current_a, back.current_a),
+    ):
+        assert (wrote is None) == (read is None)
+        if wrote is not None and read is not None:
+            tolerance = np.abs(wrote).max() / 32767 * 0.5 * (1 + 1e-9) if sixteen_bits else 0.0
+            np.testing.assert_allclose(read, wrote, rtol=0, atol=tolerance)
+    assert (back.kind, back.period_samples) == (excitation.kind, excitation.period_samples)
+    assert back.sample_rate_hz == excitation.sample_rate_hz
+    assert back.design == excitation.design
+
+
+@pytest.mark.parametrize("ending", READABLE)
+def test_a_design_is_made_again_from_any_file(ending: str, tmp_path: Path) -> None:
+    write_excitation(tmp_path / f"x{ending}", made())
+    again = remake(read_excitation(tmp_path / f"x{ending}"))
+    assert again.displacement_m.tobytes() == made().displacement_m.tobytes()
+
+
+def test_the_same_design_gives_the_same_file(tmp_path: Path) -> None:
+    for name in ("a.h5", "b.h5", "a.drv", "b.drv", "a.csv", "b.csv"):
+        write_excitation(tmp_path / name, made())
+    for ending in ("h5", "drv", "csv"):
+        assert (tmp_path / f"a.{ending}").read_bytes() == (tmp_path / f"b.{ending}").read_bytes()
+
+
+def test_the_hdf5_layout_is_the_contracts(tmp_path: Path) -> None:
+    write_excitation(tmp_path / "x.h5", made())
+    with h5py.File(tmp_path / "x.h5") as file:
+        assert file.attrs["format"] == "damper-rig/excitation"
+        assert file.attrs["samples"] == 1400
+        assert file.attrs["period_samples"] == 700
+        assert file.attrs["excitation_kind"] == "multisine"
+        assert file.attrs["sample_rate"] == 500.0
+        assert file.attrs["coverage"] == pytest.approx(file.attrs["coverage_normalised"] * 99)
+        assert file["channels/displacement_command"].attrs["unit"] == "m"
+        assert file["channels/current_command"].attrs["unit"] == "A"
+        assert file["channels/current_command"].dtype == np.float64
+
+
+def test_a_spreadsheet_sees_one_header_and_one_line_a_sample(tmp_path: Path) -> None:
+    write_excitation(tmp_path / "x.csv", made())
+    with (tmp_path / "x.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 1400
+    assert float(rows[3]["displacement_command (m)"]) == made().displacement_m[3]
+    assert float(rows[3]["time (s)"]) == 3 / 500.0
+
+
+def test_a_plain_table_is_an_excitation_of_its_own_rate(tmp_path: Path) -> None:
+    text = "time (s),displacement_command (m)\n" + "".join(f"{n * 0.002},{0.001 * n}\n" for n in range(10))
+    (tmp_path / "own.csv").write_text(text)
+    own = read_excitation(tmp_path / "own.csv")
+    assert (own.kind, own.sample_rate_hz, own.period_samples) == (Kind.CUSTOM, 500.0, 0)
+    with pytest.raises(DesignError, match="no design"):
+        remake(own)
+
+
+def broken(change: Any) -> Any:
+    def write(path: Path) -> None:
+        write_excitation(path, made())
+        with h5py.File(path, "r+") as file:
+            change(file)
+
+    return write
+
+
+def put(file: h5py.File, name: str, values: NDArray[np.float64], unit: str) -> None:
+    del file[f"channels/{name}"]
+    file[f"channels/{name}"] = values
+    file[f"channels/{name}"].attrs["unit"] = unit
+
+
+def with_nan(file: h5py.File) -> None:
+    file["channels/displacement_command"][17] = np.nan
+
+
+BROKEN: dict[str, tuple[Any, str]] = {
+    "format": (broken(lambda f: f.attrs.modify("format", "other")), "format is 'other'"),
+    "version": (broken(lambda f: f.attrs.modify("format_version", 9)), "format_version is 9"),
+    "missing": (broken(lambda f: f.__delitem__("channels/displacement_command")), "displacement_command is missing"),
+    "short": (broken(lambda f: put(f, "current_command", np.zeros(3), "A")), "current_command has 3 samples"),
+    "unit": (broken(lambda f: put(f, "current_command", np.zeros(1400), "mA")), "unit 'mA'"),
+    "nan": (broken(with_nan), "displacement_command, sample 17 is nan"),
+    "kind": (broken(lambda f: f.attrs.modify("excitation_kind", "noise")), "noise"),
+    "rate": (broken(lambda f: f.attrs.modify("sample_rate", -1.0)), "sample_rate is -1"),
+    "design": (broken(lambda f: f.attrs.modify("design", "{")), "design is not JSON"),
+    "foreign": (lambda path: path.write_bytes(b"no HDF5"), "cannot be read"),
+}
+
+
+@pytest.mark.parametrize("fault", BROKEN)
+def test_a_damaged_file_is_refused_in_one_line_that_names_it(fault: str, tmp_path: Path) -> None:
+    write, expected = BROKEN[fault]
+    write(tmp_path / "bad.h5")
+    with pytest.raises(ExcitationFileError) as refused:
+        read_excitation(tmp_path / "bad.h5")
+    assert "bad.h5" in str(refused.value)
+    assert expected in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "expected"),
+    [
+        ("a.csv", b"x,y\n1,2\n", "no column 'time (s)'"),
+        ("a.csv", b"time (s),displacement_command (m)\n0,1\n0.1,abc\n", "line 3"),
+        ("a.csv", b"time (s),displacement_command (m)\n0,1\n0.1,1\n0.3,2\n", "does not rise evenly"),
+        ("a.csv", b"time (s),displacement_command (m)\n\xff\n", "not UTF-8"),
+        ("a.mat", b"nothing", "a.mat"),
+        ("a.drv", b"nothing", "no RPC III file"),
+        ("a.xyz", b"", "ending '.xyz' is not known"),
+        ("none.h5", None, "no such file"),
+    ],
+)
+def test_a_foreign_file_is_refused_in_one_line(name: str, content: bytes | None, expected: str, tmp_path: Path) -> None:
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(ExcitationError) as refused:
+        read_excitation(tmp_path / name)
+    assert expected in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("ending", WRITABLE)
+def test_what_cannot_be_written_leaves_nothing_behind(ending: str, tmp_path: Path) -> None:
+    with pytest.raises(ExcitationFileError):
+        write_excitation(tmp_path / "missing" / f"x{ending}", made())
+    (tmp_path / f"x{ending}").mkdir()
+    with pytest.raises(ExcitationFileError):
+        write_excitation(tmp_path / f"x{ending}", made())
+    assert [p.name for p in tmp_path.iterdir()] == [f"x{ending}"]
+
+
+def records(content: bytes) -> list[tuple[str, str]]:
+    blocks = int(content[128 + 32 : 256].rstrip(b"\0"))
+    cut = [content[k : k + 128] for k in range(0, 512 * blocks, 128)]
+    return [(r[:32].rstrip(b"\0").decode(), r[32:].rstrip(b"\0").decode()) for r in cut if r[:1] != b"\0"]
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(1, 5000), st.integers(1, 4), st.integers(0, 999))
+def test_rpc3_keeps_to_blocks_of_512_bytes_and_the_true_number_of_samples(
+    samples: int, channels: int, seed: int
+) -> None:
+    history = TimeHistory(
+        sample_rate_hz=204.8,
+        channels=tuple(
+            Channel(name=f"c{n}", unit="mm", values=10.0**n * (uniform((seed, n), samples) - 0.3))
+            for n in range(channels)
+        ),
+    )
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "x.drv"
+        write_rpc3(path, history)
+        content, back = path.read_bytes(), read_rpc3(path)
+    header = records(content)
+    assert [key for key, _ in header[:3]] == ["FORMAT", "NUM_HEADER_BLOCKS", "NUM_PARAMS"]
+    assert dict(header)["NUM_PARAMS"] == str(len(header))
+    assert dict(header)["DAMPER_RIG.SAMPLES"] == str(samples)
+    assert len(content) % 512 == 0
+    assert back.sample_rate_hz == 204.8
+    for wrote, read in zip(history.channels, back.channels, strict=True):
+        assert (read.name, read.unit, read.values.size) == (wrote.name, wrote.unit, samples)
+        step = np.abs(wrote.values).max() / 32767
+        np.testing.assert_allclose(read.values, wrote.values, rtol=0, atol=0.5 * step * (1 + 1e-9))
+
+
+def rpc3_of_another_writer(path: Path, kind: str, full_scale: int, frames_per_group: int) -> NDArray[np.float64]:
+    """Two channels, as other programs write them: groups of several frames, floats or integers,
+    millimetres.
+    """
+    frame, groups = 256, 3
+    points = frame * frames_per_group
+    raw = np.arange(groups * 2 * points).reshape(groups, 2, points) % 1000 - 500
+    keys = {
+        "FORMAT": "BINARY",
+        "NUM_HEADER_BLOCKS": "5",
+        "NUM_PARAMS": "20",
+        "FILE_TYPE": "TIME_HISTORY",
+        "TIME_TYPE": "RESPONSE",
+        "DELTA_T": "4.882813E-03",
+        "CHANNELS": "2",
+        "PTS_PER_FRAME": str(frame),
+        "PTS_PER_GROUP": str(points),
+        "FRAMES": str(groups * frames_per_group),
+        "DATA_TYPE": kind,
+        "INT_FULL_SCALE": str(full_scale),
+        "DESC.CHAN_1": "Load",
+        "UNITS.CHAN_1": "kN",
+        "SCALE.CHAN_1": "1.000000E-03",
+        "DESC.CHAN_2": "Stroke",
+        "UNITS.CHAN_2": "mm",
+        "SCALE.CHAN_2": "2.500000E-02",
+    }
+    header = b"".join(k.encode().ljust(32, b"\0") + v.encode().ljust(96, b"\0") for k, v in keys.items())
+    dtype = "<i2" if kind == "SHORT_INTEGER" else "<f4"
+    path.write_bytes(header.ljust(5 * 512, b"\0") + raw.astype(dtype).tobytes())
+    stroke = raw[:, 1].reshape(-1).astype(float)
+    return stroke * (0.025 * full_scale / 32768 if kind == "SHORT_INTEGER" else 1.0)
+
+
+@pytest.mark.parametrize("kind", ["SHORT_INTEGER", "FLOATING_POINT"])
+@pytest.mark.parametrize("full_scale", [32768, 32752])
+@pytest.mark.parametrize("frames_per_group", [1, 4])
+def test_rpc3_of_other_writers_is_read(kind: str, full_scale: int, frames_per_group: int, tmp_path: Path) -> None:
+    stroke_mm = rpc3_of_another_writer(tmp_path / "x.rsp", kind, full_scale, frames_per_group)
+    read = read_excitation(tmp_path / "x.rsp")
+    np.testing.assert_allclose(read.displacement_m, 1e-3 * stroke_mm, rtol=1e-6, atol=1e-12)
+    assert read.sample_rate_hz == pytest.approx(204.8)
+    assert read.current_a is None
+
+
+def test_a_cut_rpc3_file_is_refused(tmp_path: Path) -> None:
+    write_excitation(tmp_path / "x.drv", made())
+    whole = (tmp_path / "x.drv").read_bytes()
+    (tmp_path / "x.drv").write_bytes(whole[:-700])
+    with pytest.raises(ExcitationFileError, match="cut off"):
+        read_excitation(tmp_path / "x.drv")
+    (tmp_path / "x.drv").write_bytes(whole.replace(b"SHORT_INTEGER", b"LONG_INTEGER\0"))
+    with pytest.raises(ExcitationFileError, match="DATA_TYPE"):
+        read_excitation(tmp_path / "x.drv")
