@@ -55,8 +55,8 @@ def serve_until_told(settings: Settings, *, on_ready: Callable[[str], None]) -> 
     Raises SettingsError where the address cannot be listened on, StoreError where the store cannot be opened.
     """
     logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
-    Store(settings.store_url).close()  # what is wrong with it is said here, in one line
     with _listen(settings) as listening:
+        Store(settings.store_url).close()  # what is wrong with it is said here, in one line
         if not _is_local(settings.host):
             LOG.warning("listening on %s without access control: whoever reaches it can move a rig", settings.host)
         host, port = listening.getsockname()[:2]

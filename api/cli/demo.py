@@ -43,7 +43,6 @@ def demo(
     begun = time.monotonic()
     drawn = secrets.randbelow(1_000_000) if seed is None else seed
     console = messages()
-    console.print(f"damper-rig demo, seed {drawn}, output in {output}")
     story = tell(Asked(output=output, seed=drawn, effect=effect or ""), _Show(console))
     report = output / "report.html"
     write_index(story, report)

@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from itertools import pairwise
 from types import FrameType
 from typing import NoReturn
 
@@ -48,10 +49,7 @@ app.command()(serve)
 
 # typer keeps click inside or outside of itself, depending on its version: this finds the class either way
 _USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]
-
-
-class _Version(Exception):
-    """Only the version is wanted."""
+_TYPER_INTERRUPTED = 130  # what typer makes of KeyboardInterrupt, again depending on its version
 
 
 @app.callback()
@@ -89,28 +87,43 @@ def main(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit status; errors are one line on standard error."""
     try:
         result = app(spread(arguments), prog_name="damper-rig", standalone_mode=False)
-        return result if isinstance(result, int) else 0
+        return _status(result if isinstance(result, int) else 0)
     except (KeyboardInterrupt, typer.Abort):
-        _say("interrupted")
-        return 1
+        return _interrupted()
     except typer.Exit as ended:
-        return ended.exit_code
+        return _status(ended.exit_code)
     except _USAGE_ERROR as error:
-        return _usage(error)
+        return _usage(error, arguments)
     except BrokenPipeError:
         return 1
     except Exception as error:  # noqa: BLE001 - the last door: whatever it is, it leaves in one line
         return _failed(error)
 
 
-def _usage(error: Exception) -> int:
+def _status(ended: int) -> int:
+    return _interrupted() if ended == _TYPER_INTERRUPTED else ended
+
+
+def _interrupted() -> int:
+    _say("interrupted")
+    return 1
+
+
+def _usage(error: Exception, arguments: Sequence[str]) -> int:
     message = " ".join(error.format_message().split()) if hasattr(error, "format_message") else str(error)
-    context = getattr(error, "ctx", None)
-    command = context.command_path if context is not None else "damper-rig"
     if not message:  # no arguments: typer has printed the help
         return 2
-    _say(f"{message} (see {command} --help)")
+    context = getattr(error, "ctx", None)
+    command = context.command_path if context is not None else "damper-rig"
+    _say(f"{message}{_given(error, arguments)} (see {command} --help)")
     return 2
+
+
+def _given(error: Exception, arguments: Sequence[str]) -> str:
+    """The value that an option was given, which typer's message leaves out."""
+    options = getattr(getattr(error, "param", None), "opts", [])
+    values = [value for option, value in pairwise(arguments) if option in options]
+    return f" It is {values[-1]!r:.60}." if values else ""
 
 
 def _failed(error: Exception) -> int:

@@ -94,6 +94,7 @@ def tell(asked: Asked, show: Show) -> Story:
     """
     draw(SPECIMEN, (asked.hidden,), asked.seed)  # refuses an effect or a seed before anything starts
     out = prepared(asked.output)
+    show.say(f"Demonstration with seed {asked.seed}, everything it makes goes to {asked.output}")
     played, paths = _measure(asked, out, show)
     show.step(5, "Fit the base model, explain the gap, check on runs that no fit has seen")
     rig = _explain(

@@ -1,0 +1,273 @@
+"""The command line: exit statuses, one-line errors, nothing half-written."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from api.cli.arguments import spread
+from api.run_formats import read_any, write_any
+from rigctl.runfile import Run, read_run, write_run
+
+COMMAND = [sys.executable, "-m", "api.cli"]
+SINE = """
+sample_rate = 1000.0
+period_samples = 1000
+periods = 2
+seed = 1
+[displacement]
+f_min = 1.0
+f_max = 10.0
+lines = "all"
+spectrum = "flat"
+max_displacement = 0.01
+max_velocity = 0.2
+"""
+
+
+def damper_rig(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*COMMAND, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=120, check=False
+    )
+
+
+def made(cwd: Path) -> set[str]:
+    return {path.relative_to(cwd).as_posix() for path in cwd.rglob("*") if path.is_file()}
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Path:
+    """A folder with one good file of every kind."""
+    t = np.arange(2000) / 1000.0
+    run = Run(
+        run_id="r1",
+        created="2026-11-21T00:00:00+00:00",
+        specimen="damper 7",
+        sample_rate_hz=1000.0,
+        period_samples=500,
+        excitation_kind="sine",
+        status="complete",
+        channels={
+            "displacement": 0.01 * np.sin(4 * np.pi * t),
+            "force": 100.0 * np.cos(4 * np.pi * t) + np.random.default_rng(1).normal(0, 1, t.size),
+        },
+        units={"displacement": "m", "force": "N"},
+        design={"kind": "sine"},
+        events=((0.5, "a knock"),),
+    )
+    write_run(tmp_path / "run.h5", run)
+    (tmp_path / "good.toml").write_text(SINE)
+    model = {"element": "viscous_damping", "parameters": {"c": 700.0}}
+    content = {
+        "format": "damper-rig/model",
+        "format_version": 1,
+        "name": "m",
+        "kind": "physical",
+        "paths": {"mount": [], "control": [], "core": [model], "sensor": []},
+    }
+    (tmp_path / "model.json").write_text(json.dumps(content))
+    (tmp_path / "bad.json").write_text(json.dumps(content).replace("viscous_damping", "magic"))
+    (tmp_path / "broken.json").write_text("{")
+    (tmp_path / "bad.toml").write_text(SINE.replace("f_max = 10.0", "f_max = -1"))
+    (tmp_path / "broken.toml").write_text("sample_rate = ")
+    (tmp_path / "text.h5").write_text("not HDF5")
+    with h5py.File(tmp_path / "foreign.h5", "w") as file:
+        file["x"] = [1.0]
+    (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
+    return tmp_path
+
+
+OUT = ["-o", "out.h5"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nonsense"], ["nonsense"]),
+        (["sim"], ["--listen"]),
+        (["sim", "--listen", "http://x"], ["http://x", "modbus://HOST:PORT"]),
+        (["sim", "--listen", "modbus://127.0.0.1:0", "--specimen", "sofa"], ["sofa", "semi-active"]),
+        (["sim", "--listen", "modbus://127.0.0.1:0", "--hide", "magic"], ["magic"]),
+        (["sim", "--listen", "modbus://127.0.0.1:0", "--speed", "fast"], ["--speed", "fast"]),
+        (["design", "random-phase", "absent.toml", *OUT], ["absent.toml"]),
+        (["design", "random-phase", "broken.toml", *OUT], ["broken.toml", "TOML"]),
+        (["design", "random-phase", "bad.toml", *OUT], ["bad.toml", "f_max", "-1"]),
+        (["design", "random-phase", "good.toml", "-o", "out.xyz"], ["out.xyz", ".h5"]),
+        (["design", "random-phase", "good.toml", "-o", "absent/out.h5"], ["absent"]),
+        (["run", "good.h5", "--rig", "modbus://127.0.0.1:9", "-o", "runs"], ["good.h5"]),
+        (["run", "run.h5", "--rig", "modbus://127.0.0.1:9", "-o", "runs"], ["run.h5"]),
+        (["recover", "absent"], ["absent"]),
+        (["fit", "absent.json", "run.h5", "-o", "out.json"], ["absent.json"]),
+        (["fit", "broken.json", "run.h5", "-o", "out.json"], ["broken.json"]),
+        (["fit", "bad.json", "run.h5", "-o", "out.json"], ["bad.json", "magic"]),
+        (["fit", "model.json", "text.h5", "-o", "out.json"], ["text.h5"]),
+        (["fit", "model.json", "foreign.h5", "-o", "out.json"], ["foreign.h5", "format"]),
+        (["simulate", "model.json", "absent.h5", *OUT], ["absent.h5"]),
+        (["simulate", "model.json", "run.h5", "-o", "absent/out.h5"], ["absent"]),
+        (["score", "run.h5"], ["run.h5", "force_simulated"]),
+        (["explain", "model.json", "run.h5", "--held-out", "absent.h5", "-o", "out"], ["absent.h5"]),
+        (["explain", "model.json", "-o", "out"], ["RUN"]),
+        (["convert", "run.h5", "-o", "out.xyz"], ["out.xyz", ".csv"]),
+        (["convert", "bad.csv", *OUT], ["bad.csv", "line 1"]),
+        (["convert", "absent.mat", *OUT], ["absent.mat"]),
+        (["serve", "--port", "99999"], ["port", "99999"]),
+        (["serve", "--port", "many"], ["--port", "many"]),
+        (["serve", "--host", "no.such.host.invalid"], ["no.such.host.invalid"]),
+        (["serve", "--database", "mysql://x"], ["mysql", "sqlite:///"]),
+        (["demo", "-o", "."], ["not empty"]),
+        (["demo", "-o", "new", "--effect", "magic"], ["magic"]),
+        (["demo", "-o", "run.h5"], ["run.h5"]),
+    ],
+)
+def test_bad_input_is_status_2_and_one_line_and_leaves_nothing(
+    place: Path, arguments: list[str], words: list[str]
+) -> None:
+    before = made(place)
+    ended = damper_rig(*arguments, cwd=place)
+    assert ended.returncode == 2, ended.stderr
+    assert ended.stdout == ""
+    assert ended.stderr.count("\n") == 1, ended.stderr
+    assert ended.stderr.startswith("damper-rig: ")
+    assert all(word in ended.stderr for word in words), ended.stderr
+    assert made(place) == before
+
+
+def test_a_rig_that_does_not_answer_is_status_1_and_one_line(place: Path) -> None:
+    assert damper_rig("design", "random-phase", "good.toml", "-o", "good.h5", cwd=place).returncode == 0
+    ended = damper_rig("run", "good.h5", "--rig", "modbus://127.0.0.1:9", "-o", "runs", cwd=place)
+    assert (ended.returncode, ended.stderr.count("\n")) == (1, 1)
+    assert "127.0.0.1:9" in ended.stderr
+    assert not (place / "runs").exists() or not list((place / "runs").iterdir())
+
+
+def test_a_misspelt_setting_in_the_environment_is_named(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DAMPER_RIG_LEASE", "3")
+    ended = damper_rig("serve", "--port", "0", cwd=place)
+    assert ended.returncode == 2
+    assert "DAMPER_RIG_LEASE is not a known setting" in ended.stderr
+
+
+def test_every_command_has_help_with_an_example(tmp_path: Path) -> None:
+    for command in (
+        *("demo", "sim", "run", "recover", "fit", "simulate", "score", "explain", "convert", "serve"),
+        *("design random-phase", "design homogenised", "design harmonic"),
+    ):
+        ended = damper_rig(*command.split(), "--help", cwd=tmp_path)
+        assert ended.returncode == 0
+        assert "Example: damper-rig " + command in " ".join(ended.stdout.split()), command
+
+
+def test_help_comes_soon(tmp_path: Path) -> None:
+    """0.4 s on a free machine; the best of five is what the machine can do."""
+    times = []
+    for _ in range(5):
+        begun = time.perf_counter()
+        assert damper_rig("--help", cwd=tmp_path).returncode == 0
+        times.append(time.perf_counter() - begun)
+    assert min(times) < 0.8
+
+
+def test_design_run_fit_simulate_and_score_work_together(place: Path, rig: str) -> None:
+    assert damper_rig("design", "random-phase", "good.toml", "-o", "good.h5", cwd=place).returncode == 0
+    ended = damper_rig("run", "good.h5", "--rig", rig, "-o", "runs", "--json", cwd=place)
+    assert ended.returncode == 0, ended.stderr
+    [captured] = json.loads(ended.stdout)
+    assert read_run(place / captured["file"]).status == "complete"
+    fitted = damper_rig("fit", "model.json", captured["file"], "-o", "fitted.json", "--json", cwd=place)
+    assert fitted.returncode == 0, fitted.stderr
+    assert json.loads(fitted.stdout)["parameters"]["viscous_damping.c"]["value"] > 1000
+    assert damper_rig("simulate", "fitted.json", captured["file"], *OUT, cwd=place).returncode == 0
+    scored = json.loads(damper_rig("score", "out.h5", cwd=place).stdout)
+    assert scored["rms"] > 0
+    assert 50 < scored["fit"] < 100
+
+
+def test_an_interrupted_run_ends_with_the_rig_safe_and_a_true_file(place: Path, rig: str) -> None:
+    from rigctl.player import connect
+
+    (place / "long.toml").write_text(SINE.replace("periods = 2", "periods = 400"))
+    assert damper_rig("design", "random-phase", "long.toml", "-o", "long.h5", cwd=place).returncode == 0
+    with subprocess.Popen(
+        [*COMMAND, "run", "long.h5", "--rig", rig, "-o", "runs"], cwd=place, stderr=subprocess.PIPE, text=True
+    ) as process:
+        _until(lambda: any((place / "runs").glob("*.part")))
+        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGINT)  # impatience changes nothing
+        assert process.wait(20) == 1
+        assert process.stderr is not None
+        assert process.stderr.read() == "damper-rig: interrupted\n"
+    [path] = (place / "runs").iterdir()
+    assert read_run(path).status == "aborted"
+    transport = connect(rig)
+    assert transport.status(2.0).state.name == "DISABLED"
+    transport.close()
+
+
+def _until(true: Any, within_s: float = 30.0) -> None:
+    ends = time.monotonic() + within_s
+    while not true():
+        assert time.monotonic() < ends
+        time.sleep(0.02)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".mat"])
+def test_a_run_converted_and_back_is_the_same_to_the_last_bit(place: Path, ending: str) -> None:
+    for source, target in (("run.h5", f"out{ending}"), (f"out{ending}", "back.h5")):
+        ended = damper_rig("convert", source, "-o", target, cwd=place)
+        assert ended.returncode == 0, ended.stderr
+    first, back = read_run(place / "run.h5"), read_run(place / "back.h5")
+    assert {name: values.tolist() for name, values in back.channels.items()} == {
+        name: values.tolist() for name, values in first.channels.items()
+    }
+    for name in ("run_id", "created", "specimen", "sample_rate_hz", "period_samples", "status", "units", "events"):
+        assert getattr(back, name) == getattr(first, name), name
+    assert dict(back.design or {}) == dict(first.design or {})
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: text.replace("force (N)", "force (lbf)"), ["force", "lbf"]),
+        (lambda text: text.replace("complete", "perfect"), ["status", "perfect"]),
+        (lambda text: text.replace("sample_rate,1000.0", "sample_rate,quick"), ["quick"]),
+        (lambda text: text.replace("\n0.001,", "\n0.001,x", 1), ["line 3", "displacement"]),
+        (lambda text: text.replace("\n0.001,", "\n0.001,1,", 1), ["line 3", "fields"]),
+        (lambda text: text.replace("run_id,r1", ","), ["run_id"]),
+    ],
+)
+def test_a_spoilt_csv_is_refused_by_place(place: Path, change: Any, words: list[str]) -> None:
+    write_any(place / "run.csv", read_any(place / "run.h5"))
+    (place / "spoilt.csv").write_text(change((place / "run.csv").read_text()))
+    ended = damper_rig("convert", "spoilt.csv", "-o", "new.h5", cwd=place)
+    assert ended.returncode == 2
+    assert all(word in ended.stderr for word in ["spoilt.csv", *words]), ended.stderr
+    assert not (place / "new.h5").exists()
+
+
+def test_several_values_after_one_option_all_count() -> None:
+    assert spread(["explain", "m", "a", "--held-out", "b", "c", "-o", "d"]) == [
+        *("explain", "m", "a", "--held-out", "b", "--held-out", "c", "-o", "d")
+    ]
+    assert spread(["sim", "--hide", "x", "y", "--speed", "2"]) == [
+        *("sim", "--hide", "x", "--hide", "y", "--speed", "2")
+    ]
+
+
+def test_whoever_stops_reading_gets_no_traceback(place: Path) -> None:
+    read, write = os.pipe()
+    os.close(read)
+    process = subprocess.run(
+        [*COMMAND, "--help"], cwd=place, stdout=write, stderr=subprocess.PIPE, text=True, timeout=60, check=False
+    )
+    os.close(write)
+    assert "Traceback" not in process.stderr
