@@ -105,7 +105,7 @@ def crest() -> None:
 def sizes(spec: MultisineSpec, powers: range) -> None:
     """Time of each method from 2^13 to 2^20 samples, and the memory at its peak."""
     for power in powers:
-        sized = replace(spec, period_samples=2**power)
+        sized = replace(spec, period_samples=2**power, seed=1000)  # one that no other figure has made
         _, random_s = _timed(lambda s=sized: random_phase(s))
         _, duym_s = _timed(lambda s=sized: homogenised(replace(s, homogenise=DUYM)))
         asked = replace(sized, homogenise=DIRECT)

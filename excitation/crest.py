@@ -51,14 +51,14 @@ def low_crest(
     phases.
 
     Minimises ‖u‖_p by phases for p = 4, 16 … 1024, each from the result before. Ends early at ``goal`` or
-    when the signal was evaluated so many times (by default 8 000 times, fewer on more than 1 536 samples).
+    when the signal was evaluated so many times (by default 4 000 times, fewer on more than 3 072 samples).
 
     References
     ----------
     Guillaume, Schoukens, Pintelon & Kollár, IEEE Trans. Instrum. Meas. 40 (1991): crest factor by L_p norms.
     """
     signal = _Signal(lines, amplitude, _OVERSAMPLING)
-    budget = evaluations or min(8000, max(200, 3000 * 4096 // signal.samples))
+    budget = evaluations or min(4000, max(200, 3000 * 4096 // signal.samples))
     best_phases = schroeder(amplitude)
     best = crest_factor_of(lines, amplitude, best_phases)
     for start in range(starts):

@@ -137,14 +137,21 @@ def _of_the_meant_branch(errors: Sequence[ErrorDetails]) -> ErrorDetails:
     """Of a union pydantic reports every branch: meant is the branch of the value's own shape with fewest
     errors.
     """
-    shaped = [e for e in errors if not isinstance(e["input"], _WRONG_BRANCH.get(e["type"], ()))] or list(errors)
+    shaped = [e for e in errors if e["type"] not in _WRONG_BRANCH.get(type(e["input"]), ())] or list(errors)
     counts = Counter(_branch(e) for e in shaped if _branch(e))
     best = min(counts, key=lambda branch: counts[branch], default="")
     meant = [e for e in shaped if _branch(e) in ("", best)]
     return next((e for e in meant if e["type"] == "unexpected_keyword_argument"), meant[0])
 
 
-_WRONG_BRANCH: Mapping[str, type] = {"string_type": dict, "literal_error": dict, "dataclass_type": str}
+_SCALARS = ("string_type", "float_type", "int_type", "literal_error")
+_WRONG_BRANCH: Mapping[type, tuple[str, ...]] = {  # what a value of that type was not meant to be
+    dict: (*_SCALARS, "tuple_type"),
+    list: (*_SCALARS, "dataclass_type"),
+    str: ("dataclass_type", "tuple_type"),
+    float: ("dataclass_type", "tuple_type"),
+    int: ("dataclass_type", "tuple_type"),
+}
 
 
 def _branch(error: ErrorDetails) -> str:

@@ -117,19 +117,26 @@ def _slower(test: Test, envelope: Envelope, force_model: ForceModel | None) -> s
     frequency = design.get("frequency")
     if not isinstance(frequency, float):
         return ""
-    low, high = frequency * 2.0**-12, frequency
-    asked = {**design, "cycles": 1, "settling_cycles": 0}
-    asked.pop("frequency_asked", None)
+    if any(e.quantity in _WHATEVER_THE_SPEED for e in excesses(test.excitation, envelope, force_model)):
+        return ""
+    # as slow as half a million samples allow
+    played_cycles = test.excitation.duration_s * frequency
+    low = max(frequency * 2.0**-12, played_cycles * test.excitation.sample_rate_hz / 2.0**19)
+    high = frequency
+    asked = {key: value for key, value in design.items() if key != "frequency_asked"}
 
     def fits(f: float) -> bool:
         return not excesses(excitation_from_config({**asked, "frequency": f}), envelope, force_model)
 
-    if not fits(low):
+    if not low < high or not fits(low):
         return ""
     for _ in range(14):
         middle = (low * high) ** 0.5
         low, high = (middle, high) if fits(middle) else (low, middle)
     return f", or frequency = {_round_down(low):g}"
+
+
+_WHATEVER_THE_SPEED = ("displacement", "current", "sample rate")
 
 
 def scale_to_fit(test: Test, envelope: Envelope, force_model: ForceModel | None = None) -> Test:
@@ -144,7 +151,7 @@ def scale_to_fit(test: Test, envelope: Envelope, force_model: ForceModel | None 
         excitation = excitation_from_config(design) if design != test.excitation.design else test.excitation
         factor = _largest_factor(excitation, envelope, force_model)
         if factor < 1.0:
-            excitation = excitation_from_config(_scaled(excitation.design, factor))
+            excitation = _rounded(excitation, factor, envelope, force_model)
     except DesignError as error:
         raise EnvelopeError(f"test {test.name!r} cannot be scaled to fit: {error}") from error
     left = excesses(excitation, envelope, force_model)
@@ -171,12 +178,22 @@ def _largest_factor(excitation: Excitation, envelope: Envelope, force_model: For
     return low
 
 
-def _scaled(design: Mapping[str, JSON], factor: float) -> dict[str, JSON]:
+def _rounded(excitation: Excitation, factor: float, envelope: Envelope, force_model: ForceModel | None) -> Excitation:
+    """Made again at the largest number of four digits that fits: the nearest to the factor, else the next
+    below.
+    """
+    nearest = excitation_from_config(_scaled(excitation.design, factor, down=False))
+    if not any(e.scales for e in excesses(nearest, envelope, force_model)):
+        return nearest
+    return excitation_from_config(_scaled(excitation.design, factor, down=True))
+
+
+def _scaled(design: Mapping[str, JSON], factor: float, *, down: bool) -> dict[str, JSON]:
     key = "level" if "level" in design else "amplitude"
     value = design.get(key)
     if not isinstance(value, (int, float)):
         raise DesignError("it has no design that could be scaled: only samples")
-    return {**design, key: _round_down(value * factor)}
+    return {**design, key: _round_down(value * factor) if down else float(f"{value * factor:.3e}")}
 
 
 def _round_down(value: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,19 +26,31 @@ def homogenised(spec: MultisineSpec) -> Period:
 
     Raises DesignError as the random-phase design does.
     """
-    asked = spec.homogenise or HomogeniseSpec()
-    spec = replace(spec, homogenise=asked)
+    spec = replace(spec, homogenise=spec.homogenise or HomogeniseSpec())
     motion, current = displacement_tones(spec), current_tones(spec)
-    tones = [motion] if current is None or "current" not in spec.covered_variables else [motion, current]
-    axes = [_axis(spec, name, tones) for name in spec.covered_variables]
-    if asked.method == "duym":
-        phases = duym(tones, axes, asked.grid, asked.iterations, (spec.seed, spec.realisation))
-    else:
-        phases = optimise_phases(tones, axes, _soft_limits(spec, motion), asked.grid, asked.iterations)
+    phases = _phases(replace(spec, level=1.0, periods=1))
     motion = motion.with_phases(phases[0])
     if current is not None and len(phases) == 2:
         current = current.with_phases(phases[1])
     return fit_into_limits(spec, motion, current)
+
+
+@lru_cache(maxsize=8)
+def _phases(spec: MultisineSpec) -> tuple[NDArray[np.float64], ...]:
+    """Phases in turns of displacement and, where it is covered, current. Remembered: the levels of a series,
+    and a
+    design that is scaled to fit, share them."""
+    asked = spec.homogenise or HomogeniseSpec()
+    motion, current = displacement_tones(spec), current_tones(spec)
+    tones = [motion] if current is None or "current" not in spec.covered_variables else [motion, current]
+    axes = [_axis(spec, name, tones) for name in spec.covered_variables]
+    if asked.method == "duym":
+        found = duym(tones, axes, asked.grid, asked.iterations, (spec.seed, spec.realisation))
+    else:
+        found = optimise_phases(tones, axes, _soft_limits(spec, motion), asked.grid, asked.iterations)
+    for phases in found:
+        phases.flags.writeable = False
+    return found
 
 
 def _axis(spec: MultisineSpec, name: Variable, tones: Sequence[Multitone]) -> Axis:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from excitation.periodic import derivative
 from excitation.signal import Excitation, Kind
 
-__all__ = ["Motion", "motion"]
+__all__ = ["BAND_LIMITED", "Motion", "motion"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -44,14 +44,14 @@ def motion(excitation: Excitation) -> Motion:
     )
 
 
-_BAND_LIMITED = (Kind.MULTISINE, Kind.SINE, Kind.STEPS)
+BAND_LIMITED = (Kind.MULTISINE, Kind.SINE, Kind.STEPS)
 
 
 def _derivatives(
     excitation: Excitation, displacement: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     rate = excitation.sample_rate_hz
-    if excitation.kind in _BAND_LIMITED:
+    if excitation.kind in BAND_LIMITED:
         velocity = derivative(displacement, rate)
         return velocity, derivative(velocity, rate)
     if excitation.period_samples:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,24 +83,36 @@ def random_phase(spec: MultisineSpec) -> Period:
     """
     motion, current = displacement_tones(spec), current_tones(spec)
     if spec.phases != "random":
-        motion = motion.with_phases(_low_phases(spec, motion, _ORDER[spec.crest_of]))
-        current = None if current is None else current.with_phases(_low_phases(spec, current, 0))
+        phases = _low_phases(replace(spec, level=1.0, periods=1))
+        motion = motion.with_phases(phases[0])
+        current = None if current is None else current.with_phases(phases[1])
     return fit_into_limits(spec, motion, current)
 
 
 _ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 
-def _low_phases(spec: MultisineSpec, tones: Multitone, order: int) -> NDArray[np.float64]:
-    """Phases of a low crest factor of the derivative of that order: each order turns every line by a
-    quarter.
-    """
-    amplitude = tones.amplitude
+@lru_cache(maxsize=8)
+def _low_phases(spec: MultisineSpec) -> tuple[NDArray[np.float64], ...]:
+    """Phases of a low crest factor of displacement (or the derivative that is asked for) and current,
+    remembered for
+    the levels of a series."""
+    motion, current = displacement_tones(spec), current_tones(spec)
+    order, amplitude = _ORDER[spec.crest_of], motion.amplitude
     for _ in range(order):
-        amplitude = amplitude * tones.omega(spec.sample_rate_hz)
+        amplitude = amplitude * motion.omega(spec.sample_rate_hz)
+    found = [_of_low_crest(spec, motion.lines, amplitude) - 0.25 * order]  # each order turns by a quarter
+    if current is not None:
+        found.append(_of_low_crest(spec, current.lines, current.amplitude))
+    for phases in found:
+        phases.flags.writeable = False
+    return tuple(found)
+
+
+def _of_low_crest(spec: MultisineSpec, lines: NDArray[np.int64], amplitude: NDArray[np.float64]) -> NDArray[np.float64]:
     if spec.phases == "schroeder":
         return schroeder(amplitude)
-    return low_crest(tones.lines, amplitude, seed=spec.seed + spec.realisation) - 0.25 * order
+    return low_crest(lines, amplitude, seed=spec.seed + spec.realisation)
 
 
 def displacement_tones(spec: MultisineSpec) -> Multitone:

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation.motion import Motion, motion
+from excitation.motion import BAND_LIMITED, Motion, motion
 from excitation.rig import Envelope, Hydraulics, Specimen
 from excitation.signal import Excitation, Kind
 
@@ -128,8 +128,19 @@ def _highest_frequency(excitation: Excitation, moved: Motion) -> float:
     """
     if excitation.kind is Kind.TRIANGLE and excitation.period_samples:
         return excitation.sample_rate_hz / excitation.period_samples
-    amplitude = np.abs(np.fft.rfft(moved.displacement_m))
+    values, threshold = moved.displacement_m, 1e-6
+    if not excitation.period_samples and excitation.kind not in BAND_LIMITED:
+        values, threshold = _windowed(values), 1e-3
+    amplitude = np.abs(np.fft.rfft(values))
     amplitude[0] = 0.0
-    strong = np.flatnonzero(amplitude > 1e-6 * max(float(amplitude.max()), 1e-300))
+    strong = np.flatnonzero(amplitude > threshold * max(float(amplitude.max()), 1e-300))
     highest = int(strong[-1]) if strong.size else 0
     return highest * excitation.sample_rate_hz / moved.displacement_m.size
+
+
+def _windowed(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Without the line through its ends and under a Hann window: what does not close on itself leaks
+    otherwise.
+    """
+    line = np.linspace(values[0], values[-1], values.size)
+    return np.asarray((values - line) * np.sin(np.pi * (np.arange(values.size) + 0.5) / values.size) ** 2)
