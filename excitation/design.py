@@ -6,22 +6,32 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import h5py
+
 from excitation.checks import one_of
 from excitation.door import read_config, to_spec
 from excitation.envelope import Envelope, check_plan, read_envelope, scale_to_fit
 from excitation.errors import DesignError, EnvelopeError
+from excitation.files import read_excitation
 from excitation.harmonic_plan import harmonic_plan
 from excitation.kinds import excitation_from_config
-from excitation.plan import Test, TestPlan
+from excitation.plan import Test, TestPlan, config_of, plan_from_config
+from excitation.plan_files import PLAN_FORMAT, read_plan
+from excitation.prediction import ForceModel
 from excitation.signal import JSON, Excitation
 
-__all__ = ["COMMANDS", "design", "design_file", "remake", "within_envelope"]
+__all__ = ["COMMANDS", "design", "design_file", "remake", "remake_file", "within_envelope"]
 
 COMMANDS = ("random-phase", "homogenised", "harmonic")
 
 
 def design_file(
-    command: str, path: Path | str, *, envelope: Path | str | None = None, fit: bool = False
+    command: str,
+    path: Path | str,
+    *,
+    envelope: Path | str | None = None,
+    fit: bool = False,
+    force_model: ForceModel | None = None,
 ) -> Excitation | TestPlan:
     """What `damper-rig design COMMAND CONFIG.toml` makes, checked against ``envelope`` (TOML) or scaled to
     fit it.
@@ -38,7 +48,9 @@ def design_file(
         raise DesignError(f"{path}: {error}") from error
     except EnvelopeError as error:
         raise EnvelopeError(f"{path}: {error}") from error
-    return made if envelope is None else within_envelope(made, read_envelope(envelope), fit=fit)
+    return (
+        made if envelope is None else within_envelope(made, read_envelope(envelope), fit=fit, force_model=force_model)
+    )
 
 
 def _beside(config: Mapping[str, JSON], folder: Path) -> dict[str, JSON]:
@@ -55,14 +67,21 @@ def _beside(config: Mapping[str, JSON], folder: Path) -> dict[str, JSON]:
     return resolved
 
 
-def within_envelope(made: Excitation | TestPlan, envelope: Envelope, *, fit: bool = False) -> Excitation | TestPlan:
-    """What was made, if the rig can play it, or, with ``fit``, scaled so that it can; raises
-    EnvelopeError.
+def within_envelope(
+    made: Excitation | TestPlan,
+    envelope: Envelope,
+    *,
+    fit: bool = False,
+    force_model: ForceModel | None = None,
+) -> Excitation | TestPlan:
+    """What was made, if the rig can play it, or, with ``fit``, scaled so that it can.
+
+    The force is that of ``force_model``, else of the envelope's specimen. Raises EnvelopeError.
     """
     plan = made if isinstance(made, TestPlan) else TestPlan(tests=(Test(name="excitation", excitation=made),))
     if fit:
-        plan = replace(plan, tests=tuple(scale_to_fit(test, envelope) for test in plan.tests))
-    check_plan(plan, envelope)
+        plan = replace(plan, tests=tuple(scale_to_fit(test, envelope, force_model) for test in plan.tests))
+    check_plan(plan, envelope, force_model)
     return plan if isinstance(made, TestPlan) else plan.tests[0].excitation
 
 
@@ -127,3 +146,29 @@ def remake(excitation: Excitation) -> Excitation:
     if "kind" not in excitation.design:
         raise DesignError("the file holds samples but no design: it cannot be made again")
     return excitation_from_config(excitation.design)
+
+
+def remake_file(path: Path | str) -> Excitation | TestPlan:
+    """What is in an excitation or plan file, made again from the designs that it carries: the same bytes.
+
+    Raises ExcitationFileError or DesignError, one line.
+    """
+    path = Path(path)
+    if not _holds_a_plan(path):
+        return remake(read_excitation(path))
+    plan = read_plan(path)
+    config: dict[str, JSON] = {"tests": [config_of(test) for test in plan.tests]}
+    if plan.warm_up is not None:
+        config["warm_up"] = config_of(plan.warm_up)
+    return plan_from_config(config)
+
+
+def _holds_a_plan(path: Path) -> bool:
+    ending = path.suffix.lower()
+    if ending == ".csv" and path.is_file():
+        with path.open(encoding="utf-8-sig", errors="replace") as file:
+            return file.readline().startswith("name,")
+    if ending == ".h5" and path.is_file() and h5py.is_hdf5(path):
+        with h5py.File(path, "r") as file:
+            return bool(file.attrs.get("format") == PLAN_FORMAT)
+    return ending == ".toml"

@@ -10,7 +10,7 @@ from excitation.door import to_spec
 from excitation.errors import DesignError
 from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec, sine, steps, triangle
 from excitation.homogenise import homogenised
-from excitation.multisine import as_excitation, random_phase
+from excitation.multisine import as_excitation, covered, random_phase
 from excitation.multisine_spec import HomogeniseSpec, MultisineSpec
 from excitation.service import service_figures, with_record
 from excitation.signal import JSON, Excitation
@@ -53,6 +53,9 @@ def _multisine(kind: str, spec: MultisineSpec) -> Excitation:
     spec, record = with_record(spec)
     period = homogenised(spec) if kind == "homogenised" else random_phase(spec)
     made = as_excitation(spec, period, kind)
-    if record is None:
-        return made
-    return replace(made, figures={**made.figures, **service_figures(spec, period, record)})
+    more: dict[str, JSON] = {}
+    if kind == "homogenised":
+        more["coverage_before"] = covered(spec, random_phase(spec)).index
+    if record is not None:
+        more |= service_figures(spec, period, record)
+    return replace(made, figures={**made.figures, **more})

@@ -24,6 +24,7 @@ __all__ = [
     "Limit",
     "Period",
     "as_excitation",
+    "covered",
     "current_tones",
     "displacement_tones",
     "fit_into_limits",
@@ -223,7 +224,6 @@ def _fit_current(
 
 def as_excitation(spec: MultisineSpec, period: Period, kind: str) -> Excitation:
     """The period repeated, with the configuration that makes it again and the figures that it reaches."""
-    covered = coverage([period.variable(name) for name in spec.covered_variables], spec.grid)
     return Excitation(
         kind=Kind.MULTISINE,
         sample_rate_hz=spec.sample_rate_hz,
@@ -231,15 +231,20 @@ def as_excitation(spec: MultisineSpec, period: Period, kind: str) -> Excitation:
         displacement_m=np.tile(period.displacement_m, spec.periods),
         current_a=None if period.current_a is None else np.tile(period.current_a, spec.periods),
         design={"kind": kind, **to_config(spec)},
-        figures=_figures(spec, period, covered),
+        figures=_figures(spec, period, covered(spec, period)),
     )
 
 
-def _figures(spec: MultisineSpec, period: Period, covered: Coverage) -> Mapping[str, JSON]:
+def covered(spec: MultisineSpec, period: Period) -> Coverage:
+    """How evenly the period fills the box of the variables that the specification names."""
+    return coverage([period.variable(name) for name in spec.covered_variables], spec.grid)
+
+
+def _figures(spec: MultisineSpec, period: Period, reached: Coverage) -> Mapping[str, JSON]:
     binding = period.binding_limit
     return {
-        "coverage": covered.index,
-        "coverage_normalised": covered.normalised,
+        "coverage": reached.index,
+        "coverage_normalised": reached.normalised,
         "coverage_variables": list(spec.covered_variables),
         "coverage_grid": list(spec.grid),
         "binding_limit": binding.name,

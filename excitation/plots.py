@@ -14,6 +14,7 @@ from plotly.subplots import make_subplots
 from excitation.atomic import written_whole
 from excitation.coverage import coverage, cumulative_distribution
 from excitation.envelope import temperatures
+from excitation.kinds import excitation_from_config
 from excitation.motion import Motion, motion
 from excitation.plan import TestPlan
 from excitation.prediction import ForceModel, predict, specimen_force
@@ -63,6 +64,9 @@ def _of_excitation(
     figures = [signals_plot(moved), spectrum_plot(moved), distribution_plot(moved), stroke_velocity_plot(moved)]
     if moved.current_a is not None and np.ptp(moved.current_a) > 0:
         figures.append(coverage_map(moved, _grid(excitation)))
+        before = _before(excitation)
+        if before is not None:
+            figures.append(coverage_map(before, _grid(excitation), " before, with random phases"))
     if "service_outline" in excitation.figures:
         figures.append(service_chart(excitation))
     if force_model is not None or (envelope is not None and envelope.specimen is not None):
@@ -136,7 +140,14 @@ def distribution_plot(moved: Motion) -> go.Figure:
     return figure.update_layout(title="Cumulative distribution")
 
 
-def coverage_map(moved: Motion, grid: tuple[int, int] = (10, 10)) -> go.Figure:
+def _before(excitation: Excitation) -> Motion | None:
+    """A homogenised design with the random phases that it started from."""
+    if excitation.design.get("kind") != "homogenised":
+        return None
+    return motion(excitation_from_config({**excitation.design, "kind": "multisine"}))
+
+
+def coverage_map(moved: Motion, grid: tuple[int, int] = (10, 10), note: str = "") -> go.Figure:
     """Samples in each cell of velocity × current, against the mean: 1 everywhere is uniform."""
     if moved.current_a is None:
         return stroke_velocity_plot(moved)
@@ -157,7 +168,7 @@ def coverage_map(moved: Motion, grid: tuple[int, int] = (10, 10)) -> go.Figure:
     figure.update_xaxes(title_text="velocity (mm/s)")
     figure.update_yaxes(title_text="current (A)")
     return figure.update_layout(
-        title=f"Coverage of velocity × current: D = {covered.index:.3g} %, normalised {covered.normalised:.3g} %"
+        title=f"Coverage of velocity × current{note}: D = {covered.index:.3g} %, normalised {covered.normalised:.3g} %"
     )
 
 

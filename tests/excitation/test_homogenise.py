@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from excitation.coverage import coverage
 from excitation.direct import Axis, Soft, _Problem, optimise_phases
 from excitation.homogenise import homogenised
+from excitation.kinds import excitation_from_config
 from excitation.lbfgs import minimise
 from excitation.multisine import Period, as_excitation, random_phase
 from excitation.multisine_spec import CurrentSpec, DisplacementSpec, HomogeniseSpec, MultisineSpec
@@ -94,6 +95,8 @@ def test_the_binding_limit_is_named_and_reached() -> None:
     spec = replace(SMALL, displacement=replace(SMALL.displacement, max_velocity_m_s=0.1), homogenise=HomogeniseSpec())
     made = as_excitation(spec, homogenised(spec), "homogenised")
     assert made.figures["binding_limit"] == "velocity"
+    before: Any = excitation_from_config(made.design).figures["coverage_before"]
+    assert before > 10 * float(str(made.figures["coverage"]))
     reached: Any = made.figures["limits"]
     assert reached["velocity"]["reached"] == pytest.approx(0.1, rel=1e-6)
     assert reached["displacement"]["reached"] < 0.06

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import excitation
 from excitation import DesignError, EnvelopeError, Excitation, ExcitationError, Kind, Test, TestPlan
-from excitation.design import design, design_file, remake
+from excitation.design import design, design_file, remake, remake_file
 from excitation.door import to_spec
 from excitation.envelope import Envelope, check, check_plan, excesses, read_envelope, scale_to_fit, temperatures
 from excitation.files import read_plan, write_plan
@@ -164,6 +164,22 @@ def test_a_plan_reads_back_what_was_written(ending: str, tmp_path: Path) -> None
     assert read.warm_up.name == "warm"
     for one, other in zip(read.tests, wrote.tests, strict=True):
         assert one.excitation.displacement_m.tobytes() == other.excitation.displacement_m.tobytes()
+
+
+@pytest.mark.parametrize("name", ["p.toml", "p.csv", "p.h5", "x.h5", "x.csv"])
+def test_whatever_a_file_holds_is_made_again(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    if name.startswith("p"):
+        write_plan(path, plan())
+        again = remake_file(path)
+        assert isinstance(again, TestPlan)
+        assert [config_of(t) for t in again.tests] == [config_of(t) for t in plan().tests]
+    else:
+        one = test_from_config(MULTISINE).excitation
+        excitation.write_excitation(path, one)
+        made = remake_file(path)
+        assert isinstance(made, Excitation)
+        assert made.displacement_m.tobytes() == one.displacement_m.tobytes()
 
 
 def test_an_excitation_file_is_a_plan_of_one_test(tmp_path: Path) -> None:
