@@ -59,12 +59,13 @@ def low_crest(
     """
     signal = _Signal(lines, amplitude, _OVERSAMPLING)
     budget = evaluations or min(4000, max(200, 3000 * 4096 // signal.samples))
+    each = min(100, max(10, budget // len(_EXPONENTS)))
     best_phases = schroeder(amplitude)
     best = crest_factor_of(lines, amplitude, best_phases)
     for start in range(starts):
         phases = schroeder(amplitude) if start == 0 else uniform((seed, 4, start), lines.size)
         for exponent in _EXPONENTS:
-            found = minimise(partial(signal.norm, exponent), phases, iterations=100, first_step=0.02, tolerance=1e-5)
+            found = minimise(partial(signal.norm, exponent), phases, iterations=each, first_step=0.02, tolerance=1e-5)
             phases = found.x
         crest = crest_factor_of(lines, amplitude, phases)
         if crest < best:

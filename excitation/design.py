@@ -6,17 +6,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-import h5py
-
 from excitation.checks import one_of
 from excitation.door import read_config, to_spec
 from excitation.envelope import Envelope, check_plan, read_envelope, scale_to_fit
 from excitation.errors import DesignError, EnvelopeError
-from excitation.files import read_excitation
+from excitation.files import read_excitation, read_plan
 from excitation.harmonic_plan import harmonic_plan
 from excitation.kinds import excitation_from_config
 from excitation.plan import Test, TestPlan, config_of, plan_from_config
-from excitation.plan_files import PLAN_FORMAT, read_plan
+from excitation.plan_files import holds_a_plan
 from excitation.prediction import ForceModel
 from excitation.signal import JSON, Excitation
 
@@ -154,21 +152,10 @@ def remake_file(path: Path | str) -> Excitation | TestPlan:
     Raises ExcitationFileError or DesignError, one line.
     """
     path = Path(path)
-    if not _holds_a_plan(path):
+    if not holds_a_plan(path):
         return remake(read_excitation(path))
     plan = read_plan(path)
     config: dict[str, JSON] = {"tests": [config_of(test) for test in plan.tests]}
     if plan.warm_up is not None:
         config["warm_up"] = config_of(plan.warm_up)
     return plan_from_config(config)
-
-
-def _holds_a_plan(path: Path) -> bool:
-    ending = path.suffix.lower()
-    if ending == ".csv" and path.is_file():
-        with path.open(encoding="utf-8-sig", errors="replace") as file:
-            return file.readline().startswith("name,")
-    if ending == ".h5" and path.is_file() and h5py.is_hdf5(path):
-        with h5py.File(path, "r") as file:
-            return bool(file.attrs.get("format") == PLAN_FORMAT)
-    return ending == ".toml"

@@ -10,7 +10,9 @@ from excitation.atomic import written_whole
 from excitation.errors import ExcitationFileError
 from excitation.hdf5 import read_hdf5, write_hdf5
 from excitation.matlab import read_mat, write_mat
-from excitation.plan_files import read_plan, write_plan
+from excitation.plan import Test, TestPlan
+from excitation.plan_files import holds_a_plan, write_plan
+from excitation.plan_files import read_plan as read_plan_file
 from excitation.rpc3 import read_drive, write_drive, write_response
 from excitation.signal import Excitation
 from excitation.spreadsheet import read_csv, write_csv
@@ -61,6 +63,18 @@ def read_excitation(path: Path | str) -> Excitation:
         raise ExcitationFileError(f"{path}: cannot be read as {path.suffix}: {_first_line(error)}") from error
     except UnicodeDecodeError as error:
         raise ExcitationFileError(f"{path}: byte {error.start} is not UTF-8 text: save it as UTF-8") from error
+
+
+def read_plan(path: Path | str) -> TestPlan:
+    """Reads a plan (.toml, .csv, .h5); an excitation file of any ending is a plan of one test, named after
+    it.
+
+    Raises ExcitationFileError or DesignError, one line that names the file and the place in it.
+    """
+    path = Path(path)
+    if holds_a_plan(path):
+        return read_plan_file(path)
+    return TestPlan(tests=(Test(name=path.stem, excitation=read_excitation(path)),))
 
 
 def _by_ending(path: Path, known: Mapping[str, Handler]) -> Handler:

@@ -16,7 +16,7 @@ from excitation.hdf5 import FORMAT, get_excitation, put_excitation
 from excitation.plan import Test, TestPlan, config_of, plan_from_config
 from excitation.signal import JSON
 
-__all__ = ["PLAN_FORMAT", "read_plan", "write_plan"]
+__all__ = ["PLAN_FORMAT", "holds_a_plan", "read_plan", "write_plan"]
 
 PLAN_FORMAT = "damper-rig/plan"
 VERSION = 1
@@ -51,7 +51,7 @@ def write_plan(path: Path | str, plan: TestPlan) -> None:
 
 
 def read_plan(path: Path | str) -> TestPlan:
-    """Reads a plan; an excitation file is a plan of one test, named after the file.
+    """Reads a plan (.toml, .csv, .h5).
 
     Raises ExcitationFileError or DesignError, one line that names the file and the place in it.
     """
@@ -70,6 +70,20 @@ def read_plan(path: Path | str) -> TestPlan:
         raise ExcitationFileError(f"{path}: cannot be read as {path.suffix}: {reason}") from error
     except UnicodeDecodeError as error:
         raise ExcitationFileError(f"{path}: byte {error.start} is not UTF-8 text: save it as UTF-8") from error
+
+
+def holds_a_plan(path: Path) -> bool:
+    """Whether the file is laid out as a plan, rather than as one excitation; its content may still be
+    wrong.
+    """
+    ending = path.suffix.lower()
+    if ending == ".csv" and path.is_file():
+        with path.open(encoding="utf-8-sig", errors="replace") as file:
+            return not file.readline().startswith("time (s)")
+    if ending == ".h5" and path.is_file() and h5py.is_hdf5(path):
+        with h5py.File(path, "r") as file:
+            return bool(file.attrs.get("format") != FORMAT)
+    return ending in (".toml", ".csv", ".h5")
 
 
 def _config(plan: TestPlan) -> dict[str, JSON]:
@@ -175,8 +189,6 @@ def _put_test(group: h5py.Group, test: Test) -> None:
 def _read_hdf5(path: Path) -> TestPlan:
     with h5py.File(path, "r") as file:
         layout = file.attrs.get("format")
-        if layout == FORMAT:
-            return TestPlan(tests=(Test(name=path.stem, excitation=get_excitation(file, str(path))),))
         if layout != PLAN_FORMAT or "tests" not in file:
             raise ExcitationFileError(f"{path}: format is {layout!r}: it must be {PLAN_FORMAT!r} or {FORMAT!r}")
         tests = tuple(_get_test(file["tests"][name], f"{path}: tests/{name}") for name in sorted(file["tests"]))

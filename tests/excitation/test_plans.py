@@ -182,9 +182,10 @@ def test_whatever_a_file_holds_is_made_again(name: str, tmp_path: Path) -> None:
         assert made.displacement_m.tobytes() == one.displacement_m.tobytes()
 
 
-def test_an_excitation_file_is_a_plan_of_one_test(tmp_path: Path) -> None:
-    excitation.write_excitation(tmp_path / "alone.h5", test_from_config(SINE).excitation)
-    (only,) = read_plan(tmp_path / "alone.h5").tests
+@pytest.mark.parametrize("ending", [".h5", ".csv", ".mat", ".drv", ".rsp"])
+def test_an_excitation_file_is_a_plan_of_one_test(ending: str, tmp_path: Path) -> None:
+    excitation.write_excitation(tmp_path / f"alone{ending}", test_from_config(SINE).excitation)
+    (only,) = read_plan(tmp_path / f"alone{ending}").tests
     assert only.name == "alone"
 
 
