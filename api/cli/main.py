@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from collections.abc import Sequence
 from itertools import pairwise
-from types import FrameType
 from typing import NoReturn
 
 import typer
@@ -18,6 +16,7 @@ from api.cli.demo import demo
 from api.cli.design import design
 from api.cli.explain import explain
 from api.cli.fit import fit
+from api.cli.interrupt import ignore_signals, take_signals
 from api.cli.recover import recover
 from api.cli.run import run as run_tests
 from api.cli.score import score
@@ -65,22 +64,15 @@ def _options(
 
 def run() -> NoReturn:
     """The console script. Ends with 0 done, 2 bad input or usage, 1 anything else."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _interrupt_once)
+    take_signals()
     status = main(sys.argv[1:])
+    ignore_signals()
     try:
         sys.stdout.flush()
     except BrokenPipeError:  # whoever read our output has gone
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         status = status or 1
     sys.exit(status)
-
-
-def _interrupt_once(number: int, frame: FrameType | None) -> NoReturn:
-    """Begin the tidy way out. Further signals are ignored: they would interrupt the stopping of a rig."""
-    for every in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(every, signal.SIG_IGN)
-    raise KeyboardInterrupt
 
 
 def main(arguments: Sequence[str]) -> int:

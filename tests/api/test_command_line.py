@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from api.cli.arguments import spread
+from api.cli.main import main
 from api.run_formats import read_any, write_any
 from rigctl.runfile import Run, read_run, write_run
 
@@ -130,15 +131,20 @@ OUT = ["-o", "out.h5"]
     ],
 )
 def test_bad_input_is_status_2_and_one_line_and_leaves_nothing(
-    place: Path, arguments: list[str], words: list[str]
+    place: Path,
+    arguments: list[str],
+    words: list[str],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.chdir(place)
     before = made(place)
-    ended = damper_rig(*arguments, cwd=place)
-    assert ended.returncode == 2, ended.stderr
-    assert ended.stdout == ""
-    assert ended.stderr.count("\n") == 1, ended.stderr
-    assert ended.stderr.startswith("damper-rig: ")
-    assert all(word in ended.stderr for word in words), ended.stderr
+    assert main(arguments) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1, said.err
+    assert said.err.startswith("damper-rig: ")
+    assert all(word in said.err for word in words), said.err
     assert made(place) == before
 
 
@@ -157,14 +163,13 @@ def test_a_misspelt_setting_in_the_environment_is_named(place: Path, monkeypatch
     assert "DAMPER_RIG_LEASE is not a known setting" in ended.stderr
 
 
-def test_every_command_has_help_with_an_example(tmp_path: Path) -> None:
+def test_every_command_has_help_with_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     for command in (
         *("demo", "sim", "run", "recover", "fit", "simulate", "score", "explain", "convert", "serve"),
         *("design random-phase", "design homogenised", "design harmonic"),
     ):
-        ended = damper_rig(*command.split(), "--help", cwd=tmp_path)
-        assert ended.returncode == 0
-        assert "Example: damper-rig " + command in " ".join(ended.stdout.split()), command
+        assert main([*command.split(), "--help"]) == 0
+        assert "Example: damper-rig " + command in " ".join(capsys.readouterr().out.split()), command
 
 
 def test_help_comes_soon(tmp_path: Path) -> None:
@@ -245,12 +250,14 @@ def test_a_run_converted_and_back_is_the_same_to_the_last_bit(place: Path, endin
         (lambda text: text.replace("run_id,r1", ","), ["run_id"]),
     ],
 )
-def test_a_spoilt_csv_is_refused_by_place(place: Path, change: Any, words: list[str]) -> None:
+def test_a_spoilt_csv_is_refused_by_place(
+    place: Path, change: Any, words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
     write_any(place / "run.csv", read_any(place / "run.h5"))
     (place / "spoilt.csv").write_text(change((place / "run.csv").read_text()))
-    ended = damper_rig("convert", "spoilt.csv", "-o", "new.h5", cwd=place)
-    assert ended.returncode == 2
-    assert all(word in ended.stderr for word in ["spoilt.csv", *words]), ended.stderr
+    assert main(["convert", str(place / "spoilt.csv"), "-o", str(place / "new.h5")]) == 2
+    said = capsys.readouterr().err
+    assert all(word in said for word in ["spoilt.csv", *words]), said
     assert not (place / "new.h5").exists()
 
 

@@ -1,0 +1,45 @@
+"""The way out after Ctrl-C: whole, and not to be swallowed."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+
+SCRIPT = """
+import time
+from api.cli.interrupt import ignore_signals, take_signals
+take_signals()
+try:
+    print("ready", flush=True)
+    try:
+        time.sleep(30)
+    except BaseException:
+        pass  # as some library might
+    print("swallowed", flush=True)
+    try:
+        time.sleep(30)
+    finally:
+        print("cleaning", flush=True)
+        time.sleep(1.2)
+        print("clean", flush=True)
+except KeyboardInterrupt:
+    ignore_signals()
+    print("out", flush=True)
+    time.sleep(0.3)
+"""
+
+
+def test_an_interruption_that_a_library_swallows_comes_again_and_more_signals_do_not_break_the_way_out() -> None:
+    with subprocess.Popen([sys.executable, "-c", SCRIPT], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if line.strip() in ("ready", "cleaning", "out"):
+                process.send_signal(signal.SIGINT)
+            if line.strip() == "cleaning":
+                process.send_signal(signal.SIGTERM)
+            if line.strip() == "out":
+                break
+            seen = line.strip()
+        assert seen == "clean"
+        assert process.wait(20) == 0
