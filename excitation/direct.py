@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["Axis", "Soft", "optimise_phases"]
 
 _OUTSIDE = 30.0  # weight of what lies beyond the box, against the sum of squared modes
+_OUTSIDE_COUPLED = 1000.0  # displacement and velocity pull each other out of their box
 _ENOUGH = 1e-5  # of the squared relative deviation: far below what cells of a hundred samples show
 _ROUGH = 1e-4  # where thinned samples hand over to all of them
 _CHUNKS = 8  # fixed, so that sums do not depend on how many threads work
@@ -61,9 +62,7 @@ def optimise_phases(
     gradient runs back through one DFT for each axis. Keeps the phases with the best coverage index seen.
     """
     modes = _modes(grid)
-    # displacement and velocity share phases: a harder search
-    coupled = len({axis.tones for axis in axes}) < len(axes)
-    limit = iterations or (500 if coupled or modes > 16 else 200)
+    limit = iterations or (500 if _coupled(axes) or modes > 16 else 200)
     phases = np.concatenate([t.phase_turns for t in tones])
     best, used = (np.inf, phases), 0
     for every in _thinning(tones):
@@ -96,6 +95,11 @@ class _Best:
             if not self.found or index < self.found[0][0]:
                 self.found = [(index, phases)]
         return self.problem.last_value < _ENOUGH
+
+
+def _coupled(axes: Sequence[Axis]) -> bool:
+    """Whether two axes (displacement and velocity) share their phases: a harder search."""
+    return len({axis.tones for axis in axes}) < len(axes)
 
 
 def _thinning(tones: Sequence[Multitone]) -> tuple[int, ...]:
@@ -136,6 +140,7 @@ class _Problem:
         self.axes, self.soft, self.modes = list(axes), list(soft), modes
         self.weight = _weight(modes, len(axes))
         self.last_value = np.inf
+        self.outside = _OUTSIDE_COUPLED if _coupled(axes) else _OUTSIDE
         ends = np.cumsum([line.size for line in self.lines])
         self.parts = [slice(int(e) - line.size, int(e)) for e, line in zip(ends, self.lines, strict=True)]
 
@@ -154,7 +159,7 @@ class _Problem:
         value, slopes = self._uniformity(signals)
         gradient = np.zeros_like(phases)
         for axis, (signal, turned), slope in zip(self.axes, made, slopes, strict=True):
-            charge, extra = _outside(signal, 1.0, _OUTSIDE)
+            charge, extra = _outside(signal, 1.0, self.outside)
             value += charge
             self._back(axis, turned, slope + extra, gradient)
         for quantity in self.soft:
