@@ -11,8 +11,8 @@ import time
 from api.cli.interrupt import ignore_signals, take_signals
 take_signals()
 try:
-    print("ready", flush=True)
     try:
+        print("ready", flush=True)
         time.sleep(30)
     except BaseException:
         pass  # as some library might
