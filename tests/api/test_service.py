@@ -157,13 +157,13 @@ def test_the_live_page_draws_a_campaign_while_it_runs_and_when_it_has_ended(
         page.open(service.url + "/")
         page.wait_for("document.querySelectorAll('#campaigns li').length === 1")
         page.wait_for("document.querySelector('#nowphase').textContent === 'running'", 60)
-        page.wait_for(
-            "[...document.querySelectorAll('#fx .legendtext')].some(n => n.textContent === 'test 1 (live)')", 60
-        )
+        page.wait_for("document.querySelector('#fx').data.some(trace => trace.name === 'test 1 (live)')", 60)
         page.evaluate("document.querySelector('#abort').click()")
         page.wait_for("document.querySelector('#state').textContent === 'aborted'", 60)
         page.wait_for("document.querySelectorAll('#fv .scatterlayer .trace').length === 2", 60)
         page.wait_for("document.querySelectorAll('tbody a').length === 2")
+        page.evaluate("document.querySelector('tbody input').click()")
+        page.wait_for("document.querySelectorAll('#fv .scatterlayer .trace').length === 1")
         assert page.evaluate("document.querySelector('#name').textContent") == name
         assert page.evaluate("document.title") == "damper-rig"
         assert page.evaluate("document.querySelector('#reason').textContent").startswith("an abort")

@@ -3,6 +3,8 @@
 
 const OPEN = ["accepted", "running"];
 const LIVE_POINTS = 2500;
+const COLOURS = ["#0b63a5", "#c8572c", "#1d7a45", "#8a4fb3", "#b08900", "#2b9c9c", "#b3261e", "#5b6875"];
+const BROAD = ["multisine", "homogenised", "road"]; // these cover the plane: drawn thin, below the loops of the others
 const at = (id) => document.getElementById(id);
 
 let campaigns = [];
@@ -12,6 +14,7 @@ let loops = new Map(); // run id -> its loops, of the campaign on show
 let files = new Map(); // test name -> its newest run
 let runsOf = ""; // which campaign and how much of it `files` stands for
 let fetching = false;
+let hidden = new Set(); // names of the tests of the campaign on show that are not drawn
 let live = { test: "", x: [], f: [] };
 
 function make(tag, className, text) {
@@ -44,6 +47,7 @@ function choose(id) {
   chosen = id;
   loops = new Map();
   files = new Map();
+  hidden = new Set();
   runsOf = "";
   live = { test: "", x: [], f: [] };
 }
@@ -117,8 +121,31 @@ function showNow(test) {
   at("nowbar").value = part(test);
 }
 
+function colour(name) {
+  const place = one().tests.findIndex((test) => test.name === name);
+  return COLOURS[Math.max(place, 0) % COLOURS.length];
+}
+
+function key(test) {
+  const label = make("label", "key");
+  const box = make("input");
+  box.type = "checkbox";
+  box.checked = !hidden.has(test.name);
+  box.addEventListener("change", () => {
+    if (box.checked) hidden.delete(test.name);
+    else hidden.add(test.name);
+    draw();
+  });
+  const swatch = make("span", "swatch");
+  swatch.style.background = colour(test.name);
+  label.append(box, swatch, make("span", "", test.name));
+  return label;
+}
+
 function row(test) {
   const line = make("tr");
+  const name = make("td");
+  name.append(key(test));
   const state = make("td");
   state.append(make("span", "state " + test.state, test.state));
   if (test.text && ["failed", "aborted"].includes(test.state)) state.append(make("div", "text", test.text));
@@ -131,7 +158,7 @@ function row(test) {
     link.href = run.file;
     file.append(link);
   }
-  line.append(make("td", "", test.name), make("td", "", test.kind), make("td", "", test.held_out ? "held out" : "training"),
+  line.append(name, make("td", "", test.kind), make("td", "", test.held_out ? "held out" : "training"),
     state, progress, make("td", "number", seconds(test.duration_s)), file);
   return line;
 }
@@ -169,12 +196,14 @@ async function get(url) {
 
 function draw() {
   if (at("one").hidden) return; // a plot drawn while hidden would get a size of its own
-  const of = [...loops.values()];
+  const kind = new Map(one().tests.map((test) => [test.name, test.kind]));
+  const broad = (loop) => BROAD.includes(kind.get(loop.test));
+  const of = [...loops.values()].filter((loop) => !hidden.has(loop.test)).sort((a, b) => broad(b) - broad(a));
   const peak = Math.max(1, ...of.map((loop) => Math.max(...loop.force_n.map(Math.abs))), ...live.f.map(Math.abs));
   const [scale, unit] = peak >= 2000 ? [1e-3, "kN"] : [1, "N"];
   const trace = (loop, key) => ({
     name: loop.test, x: loop[key].map((value) => value * 1e3), y: loop.force_n.map((value) => value * scale),
-    mode: "lines", line: { width: 1.4 },
+    mode: "lines", line: { width: broad(loop) ? 0.7 : 2, color: colour(loop.test) }, opacity: broad(loop) ? 0.55 : 1,
   });
   const fx = of.map((loop) => trace(loop, "displacement_m"));
   if (live.x.length) {
@@ -182,16 +211,15 @@ function draw() {
       y: live.f.map((value) => value === null ? null : value * scale),
       mode: "lines", line: { width: 1.4, color: "#1c2733" } });
   }
-  picture("fx", fx, "Displacement (mm)", `Force (${unit})`, "Force over displacement");
+  picture("fx", fx, "Displacement (mm)", `Force (${unit})`, "Force over displacement" + (live.x.length ? ", live in black" : ""));
   picture("fv", of.map((loop) => trace(loop, "velocity_m_s")), "Velocity (mm/s)", `Force (${unit})`, "Force over velocity");
 }
 
 function picture(id, traces, xTitle, yTitle, title) {
   const axis = { zeroline: true, zerolinecolor: "#9aa6b2", gridcolor: "#e6eaee" };
   Plotly.react(id, traces, {
-    title: { text: title, font: { size: 14 } }, margin: { l: 62, r: 12, t: 36, b: 44 }, showlegend: true,
-    legend: { orientation: "h", y: -0.18, yanchor: "top", font: { size: 11 } }, font: { family: "system-ui, sans-serif", color: "#1c2733" },
-    colorway: ["#0b63a5", "#c8572c", "#1d7a45", "#8a4fb3", "#b08900", "#2b9c9c", "#b3261e", "#5b6875"],
+    title: { text: title, font: { size: 14 } }, margin: { l: 62, r: 12, t: 36, b: 44 }, showlegend: false,
+    font: { family: "system-ui, sans-serif", color: "#1c2733" },
     xaxis: { ...axis, title: { text: xTitle } }, yaxis: { ...axis, title: { text: yTitle } }, uirevision: chosen,
   }, { displayModeBar: false, responsive: true, doubleClick: "reset" });
 }
