@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import csv
+import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TypeVar
 
 from excitation.atomic import written_whole
-from excitation.errors import ExcitationFileError
+from excitation.errors import ExcitationError, ExcitationFileError
 from excitation.hdf5 import read_hdf5, write_hdf5
 from excitation.matlab import read_mat, write_mat
 from excitation.plan import Test, TestPlan
@@ -63,6 +65,24 @@ def read_excitation(path: Path | str) -> Excitation:
         raise ExcitationFileError(f"{path}: cannot be read as {path.suffix}: {_first_line(error)}") from error
     except UnicodeDecodeError as error:
         raise ExcitationFileError(f"{path}: byte {error.start} is not UTF-8 text: save it as UTF-8") from error
+    except ExcitationError:
+        raise
+    except DAMAGE as error:
+        raise ExcitationFileError(f"{path}: damaged: {_first_line(error)}") from error
+
+
+DAMAGE = (
+    LookupError,
+    TypeError,
+    ValueError,
+    RuntimeError,
+    AttributeError,
+    ArithmeticError,
+    MemoryError,
+    zlib.error,
+    csv.Error,
+)
+"""What parsers raise on a file whose bytes were changed."""
 
 
 def read_plan(path: Path | str) -> TestPlan:

@@ -5,18 +5,21 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import islice, product
 
 import numpy as np
 
 from excitation.door import to_spec
 from excitation.envelope import check, check_plan, scale_to_fit
+from excitation.errors import DesignError
 from excitation.harmonic_plan_spec import HarmonicPlanSpec, OrderSpec, SeriesSpec, SplitSpec, values_of
 from excitation.plan import Test, TestPlan, test_from_config
 from excitation.signal import JSON
 from excitation.turns import uniform
 
 __all__ = ["harmonic_plan"]
+
+_MOST_TESTS = 10_000  # weeks on a rig: beyond is a slip of the keyboard
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +45,10 @@ def harmonic_plan(config: Mapping[str, JSON]) -> TestPlan:
     Raises DesignError for the configuration and EnvelopeError for the first test that exceeds the rig.
     """
     spec = to_spec(HarmonicPlanSpec, config)
-    points = [point for series in spec.series for point in _points(spec, series)]
+    every = (point for series in spec.series for point in _points(spec, series))
+    points = list(islice(every, _MOST_TESTS + 1))
+    if len(points) > _MOST_TESTS:
+        raise DesignError(f"series make more than {_MOST_TESTS} tests: give shorter axes or fewer series")
     points = _split(points, spec.split)
     points = [points[n] for n in _order([p.severity for p in points], spec.order)]
     names = _names(points)

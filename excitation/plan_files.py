@@ -11,7 +11,7 @@ from pathlib import Path
 import h5py
 
 from excitation.atomic import written_whole
-from excitation.errors import DesignError, ExcitationFileError
+from excitation.errors import DesignError, ExcitationError, ExcitationFileError
 from excitation.hdf5 import FORMAT, get_excitation, put_excitation
 from excitation.plan import Test, TestPlan, config_of, plan_from_config
 from excitation.signal import JSON
@@ -70,6 +70,10 @@ def read_plan(path: Path | str) -> TestPlan:
         raise ExcitationFileError(f"{path}: cannot be read as {path.suffix}: {reason}") from error
     except UnicodeDecodeError as error:
         raise ExcitationFileError(f"{path}: byte {error.start} is not UTF-8 text: save it as UTF-8") from error
+    except ExcitationError:
+        raise
+    except (KeyError, TypeError, ValueError, RuntimeError, AttributeError, csv.Error) as error:
+        raise ExcitationFileError(f"{path}: damaged: {str(error).splitlines()[0]}") from error
 
 
 def holds_a_plan(path: Path) -> bool:
