@@ -144,7 +144,7 @@ def _timed(work: Callable[[], Result]) -> tuple[Result, float]:
 
 def _row(what: str, measured: float, unit: str, goal: float | None) -> None:
     verdict = "" if goal is None else f"   goal ≤ {goal:g} {unit}: {'met' if measured <= goal else 'MISSED'}"
-    print(f"{what}: {measured:.3g} {unit}{verdict}", flush=True)
+    print(f"{what}: {measured:.4g} {unit}{verdict}", flush=True)
 
 
 if __name__ == "__main__":
