@@ -18,13 +18,13 @@ def campaign(rig: str) -> dict[str, Any]:
         "tests": [
             _multisine("multisine low", seed=1, level=0.35, periods=4),
             _multisine("multisine high", seed=2, level=1.0, periods=4),
-            _sine("sine 1 Hz", amplitude_m=0.03, frequency_hz=1.0, cycles=8, current_a=0.6),
+            _sine("sine 1 Hz", amplitude_m=0.045, frequency_hz=1.0, cycles=8, current_a=0.6),
             _sine("sine 3 Hz", amplitude_m=0.015, frequency_hz=3.0, cycles=15, current_a=1.2),
             {
                 "name": "slow triangle",
                 "kind": "triangle",
                 "sample_rate": SAMPLE_RATE_HZ,
-                "amplitude": 0.02,
+                "amplitude": 0.03,
                 "frequency": 0.2,
                 "cycles": 3,
                 "corner_time": 0.1,
@@ -34,7 +34,7 @@ def campaign(rig: str) -> dict[str, Any]:
                 "name": "current steps",
                 "kind": "steps",
                 "sample_rate": SAMPLE_RATE_HZ,
-                "amplitude": 0.025,
+                "amplitude": 0.03,
                 "frequency": 1.25,
                 "cycles": 15,
                 "levels": [0.3, 0.7, 1.1, 1.6],
@@ -42,7 +42,7 @@ def campaign(rig: str) -> dict[str, Any]:
                 "seed": 4,
             },
             _multisine("multisine, other phases", seed=3, level=0.8, periods=3, held_out=True),
-            _sine("sine 2 Hz", amplitude_m=0.02, frequency_hz=2.0, cycles=12, current_a=0.9, held_out=True),
+            _sine("sine 0.8 Hz", amplitude_m=0.045, frequency_hz=0.8, cycles=6, current_a=0.9, held_out=True),
         ],
     }
 
@@ -59,7 +59,7 @@ def _multisine(name: str, *, seed: int, level: float, periods: int, held_out: bo
         "level": level,
         "displacement": {
             "f_min": 0.25,
-            "f_max": 25.0,
+            "f_max": 15.0,
             "lines": "all",
             "spectrum": "quarter-car",
             "max_displacement": 0.05,
