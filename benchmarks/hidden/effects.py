@@ -67,16 +67,18 @@ def quadratic(rng: np.random.Generator, machine: Machine) -> Effect:
 
 
 def relief(rng: np.random.Generator, machine: Machine) -> Effect:
-    """The slope lost past the knee is at most 0.85 of what a line through full force has."""
+    """The valve takes away at most 0.85 of the slope that the base has at the knee."""
     force, speed, _ = _sizes(machine)
     values = {"c_drop": 0.1 * force / speed, "w_knee": speed * rng.uniform(0.25, 0.55)}
+    slope = machine.elements.get("viscous_damping", {}).get("c", 0.0)
+    slope += 2.0 * machine.elements.get("quadratic_damping", {}).get("q", 0.0) * values["w_knee"]
     return Effect(
         element="relief_valve",
         values=values,
         departure=rng.uniform(0.04, 0.12),
         grows=("c_drop",),
         shape=("w_knee",),
-        largest=20.0,
+        largest=max(0.85 * slope / values["c_drop"], 0.1),
     )
 
 
@@ -101,7 +103,7 @@ def tanh_hysteresis(rng: np.random.Generator, machine: Machine) -> Effect:
     return Effect(
         element="tanh_hysteresis",
         values=values,
-        departure=rng.uniform(0.3, 0.8),
+        departure=rng.uniform(0.15, 0.4),
         grows=("alpha",),
         shape=("beta", "delta"),
     )
@@ -117,7 +119,7 @@ def bouc_wen(rng: np.random.Generator, machine: Machine) -> Effect:
     return Effect(
         element="bouc_wen",
         values=values,
-        departure=_either(rng, 0.05, 0.15),
+        departure=_either(rng, 0.05, 0.11),
         grows=("alpha",),
         shape=("beta", "gamma", "n"),
     )
@@ -139,7 +141,7 @@ def stribeck(rng: np.random.Generator, machine: Machine) -> Effect:
     return Effect(
         element="stribeck_friction",
         values=values,
-        departure=rng.uniform(0.1, 0.4),
+        departure=rng.uniform(0.3, 0.8),
         grows=("f_c", "f_s"),
         shape=("w_s",),
     )
@@ -157,7 +159,7 @@ def presliding(rng: np.random.Generator, machine: Machine) -> Effect:
 def stiffness(rng: np.random.Generator, machine: Machine) -> Effect:
     force, _, stroke = _sizes(machine)
     return Effect(
-        element="linear_stiffness", values={"k": 0.08 * force / stroke}, departure=rng.uniform(0.03, 0.12), grows=("k",)
+        element="linear_stiffness", values={"k": 0.08 * force / stroke}, departure=rng.uniform(0.06, 0.2), grows=("k",)
     )
 
 
@@ -221,7 +223,7 @@ def free_play(rng: np.random.Generator, machine: Machine) -> Effect:
 
 def control_lag(rng: np.random.Generator, machine: Machine) -> Effect:
     return Effect(
-        element="control_lag", values={"tau": 0.006}, departure=_either(rng, 0.04, 0.15), grows=("tau",), largest=20.0
+        element="control_lag", values={"tau": 0.006}, departure=_either(rng, 0.03, 0.1), grows=("tau",), largest=20.0
     )
 
 
@@ -241,7 +243,7 @@ def control_saturation(rng: np.random.Generator, machine: Machine) -> Effect:
 def control_hysteresis(rng: np.random.Generator, machine: Machine) -> Effect:
     values = {"h": machine.scales[2] * 0.05}
     return Effect(
-        element="control_hysteresis", values=values, departure=rng.uniform(0.2, 0.6), grows=("h",), largest=10.0
+        element="control_hysteresis", values=values, departure=rng.uniform(0.15, 0.4), grows=("h",), largest=10.0
     )
 
 
@@ -307,6 +309,9 @@ EFFECTS: dict[str, Draw] = {
 
 CONTROL = frozenset(name for name in EFFECTS if name.startswith("control_"))
 
+# Above it the contact of a worn joint gives as much as its gap, and would be a compliance.
+RIGID_FORCE_N = 5e3
+
 # No two of one group in one case, nor beside a base element of the group: nature itself hardly tells them apart.
 ALIKE: tuple[frozenset[str], ...] = (
     frozenset({"linear_stiffness", "cubic_stiffness", "gas_spring", "end_stop"}),
@@ -330,7 +335,9 @@ def fits(element: str, machine: Machine) -> bool:
     if element in ("force_delay", "reversal_force_lag"):
         return "series_compliance" not in held
     if element == "relief_valve":
-        return "piecewise_linear_damping" not in held
+        return machine.family in ("hydraulic_orifice", "hysteretic")
+    if element == "free_play":
+        return "series_compliance" in held or machine.force_n < RIGID_FORCE_N
     if element == "viscous_damping":
         return not {"arctan_damping", "piecewise_linear_damping"} & set(held)
     if element in ("coulomb_friction", "stribeck_friction", "presliding_friction", "bouc_wen", "tanh_hysteresis"):
@@ -344,3 +351,35 @@ def fits(element: str, machine: Machine) -> bool:
 def compatible(elements: tuple[str, ...]) -> bool:
     """Whether no two of them are alike by nature."""
     return len(set(elements)) == len(elements) and all(len(group & set(elements)) <= 1 for group in ALIKE)
+
+
+# Which other names come nearest to an effect: a case in which one of them does as well has no right answer.
+NEAREST: dict[str, tuple[str, ...]] = {
+    "viscous_damping": ("quadratic_damping",),
+    "quadratic_damping": ("viscous_damping", "position_dependent_damping"),
+    "relief_valve": ("quadratic_damping", "viscous_damping", "coulomb_friction"),
+    "damping_asymmetry": ("force_offset", "gas_spring"),
+    "tanh_hysteresis": ("coulomb_friction", "presliding_friction", "series_compliance"),
+    "bouc_wen": ("presliding_friction", "coulomb_friction", "linear_stiffness"),
+    "coulomb_friction": ("quadratic_damping", "viscous_damping"),
+    "stribeck_friction": ("coulomb_friction", "presliding_friction"),
+    "presliding_friction": ("coulomb_friction", "linear_stiffness", "force_delay", "reversal_force_lag"),
+    "linear_stiffness": ("cubic_stiffness", "moving_mass", "force_delay"),
+    "cubic_stiffness": ("linear_stiffness",),
+    "gas_spring": ("force_offset", "linear_stiffness", "damping_asymmetry"),
+    "end_stop": ("linear_stiffness", "cubic_stiffness"),
+    "position_dependent_damping": ("quadratic_damping", "temperature_fade"),
+    "temperature_fade": ("viscous_damping", "position_dependent_damping"),
+    "reversal_force_lag": ("series_compliance", "force_delay", "free_play", "presliding_friction"),
+    "series_compliance": ("force_delay", "moving_mass", "reversal_force_lag", "free_play"),
+    "free_play": ("reversal_force_lag", "force_delay", "series_compliance"),
+    "control_lag": ("control_delay", "control_hysteresis"),
+    "control_delay": ("control_lag", "control_hysteresis"),
+    "control_saturation": ("temperature_fade", "viscous_damping"),
+    "control_hysteresis": ("control_lag", "control_delay"),
+    "force_delay": ("series_compliance", "moving_mass", "reversal_force_lag"),
+    "force_offset": ("damping_asymmetry",),
+    "moving_mass": ("linear_stiffness", "force_delay"),
+    "force_drift": ("force_offset",),
+    "mains_hum": (),
+}

@@ -85,7 +85,7 @@ def rebound_bias(c_a, w, q, speed):
 
 @compiled
 def sliding_tanh(alpha, beta, delta, z, w, q, stroke):
-    side = float(sign(z)) if q == 0.0 else tanh(z / (0.05 * q * stroke))
+    side = tanh(z / (max(0.05 * q, 0.004) * stroke))
     y = beta * w + delta * side
     return alpha * ((1.0 - q) * tanh(y) + q * y / sqrt(1.0 + y * y))
 

@@ -26,14 +26,13 @@ class Experiment:
     temperature: Row  # (LEAD_SAMPLES + samples,), °C
 
 
-def fine_motion(experiment: Experiment, fine: int) -> tuple[Row, Row, Row]:
+def fine_motion(experiment: Experiment, fine: int, start: int, samples: int) -> tuple[Row, Row, Row]:
     """Displacement, speed, acceleration at `fine` instants a sample, the lead first; exact derivatives."""
     size = experiment.period_samples * fine
     omega = 2j * np.pi * np.arange(experiment.lines.size) * RATE_HZ / experiment.period_samples
-    total = np.arange(-LEAD_SAMPLES * fine, experiment.samples * fine) % size
-    return tuple(  # type: ignore[return-value]
-        np.fft.irfft(_padded(experiment.lines * omega**order, size), n=size)[total] for order in range(3)
-    )
+    at = np.arange((start - LEAD_SAMPLES) * fine, (start + samples) * fine) % size
+    x, v, a = (np.fft.irfft(_padded(experiment.lines * omega**order, size), n=size)[at] for order in range(3))
+    return x, v, a
 
 
 def _padded(lines: NDArray[np.complex128], size: int) -> NDArray[np.complex128]:

@@ -33,19 +33,22 @@ class Prepared:
     current: Row
     temperature: Row
     fine: int
+    start: int  # sample of the record at which it begins
     samples: int
     hum_turns: float  # where the mains stood when the record began, in turns
 
 
-def prepared(experiment: Experiment, fine: int, hum_turns: float = 0.0) -> Prepared:
-    """The experiment on a grid of `fine` steps a sample."""
-    current = experiment.current if experiment.current.size else np.zeros(LEAD_SAMPLES + experiment.samples)
+def prepared(experiment: Experiment, fine: int, hum_turns: float, start: int = 0, samples: int = 0) -> Prepared:
+    """The experiment, or `samples` of it from `start`, on a grid of `fine` steps a sample."""
+    samples = samples or experiment.samples
+    part = slice(start, start + LEAD_SAMPLES + samples)
     return Prepared(
-        motion=fine_motion(experiment, fine),
-        current=current,
-        temperature=experiment.temperature,
+        motion=fine_motion(experiment, fine, start, samples),
+        current=experiment.current[part] if experiment.current.size else np.zeros(LEAD_SAMPLES + samples),
+        temperature=experiment.temperature[part],
         fine=fine,
-        samples=experiment.samples,
+        start=start,
+        samples=samples,
         hum_turns=hum_turns,
     )
 
@@ -58,7 +61,7 @@ def true_force(specimen: Specimen, run: Prepared) -> Row:
 
 
 def _sensed(elements: Elements, fine_force: Row, run: Prepared) -> Row:
-    t = np.arange(run.samples) / RATE_HZ
+    t = (run.start + np.arange(run.samples)) / RATE_HZ
     force = _sampled(elements.get("force_delay"), fine_force, run)
     if "load_cell_creep" in elements:
         force = _crept(elements["load_cell_creep"], force)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.hidden.layout import Elements
-from benchmarks.hidden.motion import LEAD_SAMPLES, Experiment, Row
+from benchmarks.hidden.motion import Experiment, Row
 from benchmarks.hidden.rig import Prepared, Specimen, prepared, true_force
 
 PILOT_FINE = 2
-PILOT_SAMPLES = 9000
+PILOT_SAMPLES = 6000
 RELATIVE_STEP = 2e-3
 
 Free = tuple[tuple[str, str], ...]
@@ -21,7 +21,7 @@ Free = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pilot:
-    """The first seconds of each training run, on two steps a sample."""
+    """The middle seconds of each training run, on two steps a sample."""
 
     runs: tuple[Prepared, ...]
     scales: tuple[float, float, float, float]
@@ -42,16 +42,11 @@ class Pilot:
 
 def pilot_of(experiments: list[Experiment], hum_turns: Row, scales: tuple[float, float, float, float]) -> Pilot:
     """The coarse copy of the training campaign."""
-    short = [_shortened(experiment) for experiment in experiments]
-    runs = tuple(prepared(e, PILOT_FINE, turns) for e, turns in zip(short, hum_turns, strict=True))
-    return Pilot(runs=runs, scales=scales)
-
-
-def _shortened(experiment: Experiment) -> Experiment:
-    end = LEAD_SAMPLES + PILOT_SAMPLES
-    return replace(
-        experiment, samples=PILOT_SAMPLES, current=experiment.current[:end], temperature=experiment.temperature[:end]
+    runs = tuple(
+        prepared(e, PILOT_FINE, turns, (e.samples - PILOT_SAMPLES) // 2, PILOT_SAMPLES)
+        for e, turns in zip(experiments, hum_turns, strict=True)
     )
+    return Pilot(runs=runs, scales=scales)
 
 
 def _changed(elements: Elements, place: tuple[str, str], factor: float) -> Elements:
@@ -77,10 +72,20 @@ def rms(row: Row) -> float:
     return float(np.sqrt(np.mean(np.square(row))))
 
 
-def refitted(pilot: Pilot, target: Row, start: Elements, free: Free, rounds: int) -> tuple[Row, Elements]:
-    """Residual of a Gauss–Newton fit of `start`, and the fitted elements; tangents anew each round, never uphill."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fit:
+    """Where a fit ended: what it leaves, N, with which elements, and the tangents near there."""
+
+    residual: Row
+    elements: Elements
+    tangents: NDArray[np.float64]
+
+
+def refitted(pilot: Pilot, target: Row, start: Elements, free: Free, rounds: int = 3) -> Fit:
+    """Gauss–Newton from `start`: tangents anew each round, never uphill, ended by a round that gains under 2 %."""
     elements, residual = start, target - pilot.force(start)
     for _ in range(rounds):
+        before = rms(residual)
         tangents = pilot.tangents(elements, free)
         step = _ridge(tangents, residual)
         for shrink in (1.0, 0.4, 0.1):
@@ -89,9 +94,9 @@ def refitted(pilot: Pilot, target: Row, start: Elements, free: Free, rounds: int
             if rms(left) < rms(residual):
                 elements, residual = trial, left
                 break
-        else:
+        if rms(residual) > 0.98 * before:
             break
-    return residual, elements
+    return Fit(residual=residual, elements=elements, tangents=tangents)
 
 
 def _ridge(tangents: NDArray[np.float64], residual: Row) -> Row:

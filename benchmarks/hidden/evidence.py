@@ -1,0 +1,84 @@
+"""What fits of the base, of the right names and of their nearest rivals leave on the pilot runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.hidden.effects import EFFECTS, NEAREST, fits
+from benchmarks.hidden.layout import Elements
+from benchmarks.hidden.motion import Row
+from benchmarks.hidden.scene import LEAST_EXCESS, MOST_EXCESS, Scene, Sized, with_effects
+from benchmarks.hidden.sizing import PILOT_SAMPLES, Fit, Free, basis_of, refitted, rms, unabsorbed
+
+MOST_MISMATCH = 0.18  # of the least excess
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evidence:
+    """What fits on the pilot leave, in units of the noise."""
+
+    excess: float
+    each: tuple[float, ...]
+    mismatch: float
+    noise_n: float
+    fits: tuple[Fit, ...]  # the fit that lacks each effect
+
+
+def evidence_of(scene: Scene, real: Elements, effects: list[Sized], gains: Row) -> Evidence:
+    """Fit the base, the base with every effect in textbook form, and that without each effect in turn."""
+    target = scene.pilot.force(real) * np.repeat(gains, PILOT_SAMPLES)
+    noise = scene.noise_share * rms(target)
+    base = refitted(scene.pilot, target, scene.machine.elements, scene.machine.free)
+    free = scene.machine.free + tuple(place for effect, _ in effects for place in effect.free)
+    textbook = with_effects(scene.machine.elements, effects, textbook=True)
+    full = refitted(scene.pilot, target, textbook, free) if effects else base
+    lacking = [base] if len(effects) < 2 else [_without(scene, target, full, free, e.element) for e, _ in effects]
+    return Evidence(
+        excess=rms(base.residual) / noise,
+        each=tuple(rms(fit.residual) / noise for fit in lacking) if effects else (),
+        mismatch=rms(full.residual) / noise,
+        noise_n=noise,
+        fits=tuple(lacking),
+    )
+
+
+def _without(scene: Scene, target: Row, full: Fit, free: Free, element: str) -> Fit:
+    rest = {name: values for name, values in full.elements.items() if name != element}
+    return refitted(scene.pilot, target, rest, tuple(place for place in free if place[0] != element), 2)
+
+
+def honest(evidence: Evidence) -> bool:
+    """Whether every hidden effect shows, and its textbook form explains most of it."""
+    shown = min(evidence.each) >= LEAST_EXCESS and evidence.excess <= MOST_EXCESS * len(evidence.each)
+    return shown and evidence.mismatch <= MOST_MISMATCH * min(evidence.each)
+
+
+def ambiguous(scene: Scene, effects: list[Sized], evidence: Evidence) -> bool:
+    """Whether another name of the catalogue would do nearly as well as a right one."""
+    hidden = {effect.element for effect, _ in effects}
+    for (effect, _), fit, each in zip(effects, evidence.fits, evidence.each, strict=True):
+        tolerance = evidence.mismatch + max(0.5, 0.08 * each)
+        rivals = [name for name in NEAREST[effect.element] if name not in hidden and fits(name, scene.machine)]
+        if any(_left_by(scene, fit, name) / evidence.noise_n < tolerance for name in rivals):
+            return True
+    return False
+
+
+def nearest_name(scene: Scene, evidence: Evidence) -> tuple[str, float]:
+    """The element of the catalogue that would explain most of an unknown effect, and what it leaves of the gap."""
+    fit = evidence.fits[0]
+    left = {name: _left_by(scene, fit, name) / rms(fit.residual) for name in EFFECTS if fits(name, scene.machine)}
+    best = min(left, key=lambda name: left[name])
+    return best, left[best]
+
+
+def _left_by(scene: Scene, fit: Fit, name: str) -> float:
+    """Rms that the fit would leave, N, were the rival added at the size and shape that suit it best."""
+    rival = EFFECTS[name](np.random.default_rng(0), scene.machine)
+    elements: Elements = {**fit.elements, **rival.sized(1.0, textbook=True)}
+    start = scene.pilot.force(fit.elements)
+    own = [scene.pilot.force(elements) - start, *scene.pilot.tangents(elements, rival.free).T]
+    span = basis_of(np.column_stack([fit.tangents, *own]))
+    return rms(unabsorbed(span, fit.residual))
