@@ -18,7 +18,7 @@ from api.door import BodyLimit, SameOrigin
 from api.errors import OUTCOMES, one_line, outcome_of
 from api.house import House
 from api.live import Live
-from api.routes import campaigns, health, live, page, rigs
+from api.routes import campaigns, docs, health, live, page, rigs
 from api.runfiles import RunFiles
 from api.settings import Settings
 from api.store import Store
@@ -52,8 +52,8 @@ def create_app(settings: Settings, *, with_workers: bool = True) -> FastAPI:
                 app.state.late = await run_in_threadpool(workers.stop)
             store.close()
 
-    app = FastAPI(title="damper-rig", version=version("damper-rig"), lifespan=lifespan)
-    for routes in (campaigns, rigs, health, live, page):
+    app = FastAPI(title="damper-rig", version=version("damper-rig"), lifespan=lifespan, docs_url=None, redoc_url=None)
+    for routes in (campaigns, rigs, health, live, page, docs):
         app.include_router(routes.router)
     for kind in {kind for kind, _ in OUTCOMES}:
         app.add_exception_handler(kind, _ours)

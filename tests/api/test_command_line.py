@@ -14,6 +14,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from api.cli.arguments import spread
 from api.cli.main import main
@@ -85,6 +86,8 @@ def place(tmp_path: Path) -> Path:
     with h5py.File(tmp_path / "foreign.h5", "w") as file:
         file["x"] = [1.0]
     (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
+    (tmp_path / "broken.mat").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(range(256)) * 4)
+    savemat(tmp_path / "foreign.mat", {"x": [1.0]})
     return tmp_path
 
 
@@ -121,6 +124,9 @@ OUT = ["-o", "out.h5"]
         (["convert", "run.h5", "-o", "out.xyz"], ["out.xyz", ".csv"]),
         (["convert", "bad.csv", *OUT], ["bad.csv", "line 1"]),
         (["convert", "absent.mat", *OUT], ["absent.mat"]),
+        (["convert", "broken.mat", *OUT], ["broken.mat", "MAT file"]),
+        (["convert", "foreign.mat", *OUT], ["foreign.mat", "struct 'run'"]),
+        (["convert", "text.h5", "-o", "out.csv"], ["text.h5"]),
         (["serve", "--port", "99999"], ["port", "99999"]),
         (["serve", "--port", "many"], ["--port", "many"]),
         (["serve", "--host", "no.such.host.invalid"], ["no.such.host.invalid"]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -194,6 +195,15 @@ def test_whatever_is_sent_the_answer_is_created_or_one_line(
             connection.execute(campaigns.delete())
     else:
         refused(client, response)
+
+
+def test_the_pages_need_nothing_from_the_web(client: httpx.Client) -> None:
+    for path in ("/", "/docs", "/static/live.js", "/static/live.css"):
+        text = client.get(path).text
+        for address in re.findall(r"\w+://[^\s'\"&]+", text):
+            assert "127.0.0.1" in address or "HOST" in address, f"{path}: {address}"
+    assert "POST /v1/campaigns" in client.get("/docs").text
+    assert client.get("/static/plotly.min.js").text.startswith("/**")
 
 
 def test_a_store_that_is_gone_is_503_in_one_line(tmp_path: Path, body: dict[str, Any]) -> None:

@@ -1,0 +1,48 @@
+"""A page of every route, made from the service's own description: it needs nothing from the web."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any
+
+from fastapi import APIRouter, Request
+from fastapi.responses import HTMLResponse
+
+__all__ = ["router"]
+
+router = APIRouter(include_in_schema=False)
+
+_STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; color: #1c2733; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
+h2 { font-size: 1.05rem; margin: 1.6rem 0 .2rem; font-family: ui-monospace, monospace; }
+p { margin: .2rem 0; } .hint { color: #5b6875; font-size: .9rem; }
+pre { background: #f4f6f8; padding: .8rem; overflow: auto; }
+"""
+_EXAMPLE = """curl -X POST http://127.0.0.1:8420/v1/campaigns -H 'content-type: application/json' -d '{
+  "name": "first look", "rig": "modbus://127.0.0.1:5020", "specimen": "damper 7",
+  "tests": [{"name": "sine", "kind": "sine", "sample_rate": 1000.0, "amplitude": 0.01,
+             "frequency": 2.0, "cycles": 10, "current": 0.5, "held_out": false}]
+}'"""
+
+
+@router.get("/docs")
+def docs(request: Request) -> HTMLResponse:
+    schema = request.app.openapi()
+    routes = "".join(
+        _route(method, path, route) for path, methods in schema["paths"].items() for method, route in methods.items()
+    )
+    return HTMLResponse(
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>damper-rig: HTTP interface</title>'
+        f'<link rel="icon" href="data:,"><style>{_STYLE}</style></head><body><h1>HTTP interface</h1>'
+        f"<p>Version {escape(schema['info']['version'])}. Bad requests are answered with 4xx and one line in "
+        f'<code>detail</code>. <a href="/openapi.json">OpenAPI description</a> for programs.</p>'
+        f"<pre>{escape(_EXAMPLE)}</pre>{routes}</body></html>"
+    )
+
+
+def _route(method: str, path: str, route: dict[str, Any]) -> str:
+    # Any: OpenAPI's own JSON
+    query = ", ".join(item["name"] for item in route.get("parameters", []) if item["in"] == "query")
+    more = f'<p class="hint">Query: {escape(query)}</p>' if query else ""
+    text = escape(route.get("description", route.get("summary", "")))
+    return f"<h2>{method.upper()} {escape(path)}</h2><p>{text}</p>{more}"
