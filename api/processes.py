@@ -29,7 +29,7 @@ class Child:
         self._log_path = log
         self._log: IO[bytes] = log.open("ab")
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "api.cli", *arguments, "--with-parent"],
+            [sys.executable, "-P", "-m", "api.cli", *arguments, "--with-parent"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._log,

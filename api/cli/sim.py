@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -17,6 +18,9 @@ def sim(
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the noise and of what is drawn.")] = 1,
     speed: Annotated[float, typer.Option(help="How many times faster than real time the rig's clock runs.")] = 1.0,
+    reveal: Annotated[
+        Path | None, typer.Option(metavar="FILE.json", help="Write there what is hidden; nobody is told otherwise.")
+    ] = None,
     with_parent: Annotated[
         bool, typer.Option(help="End when standard input closes: when the program that started it has ended.")
     ] = False,
@@ -31,7 +35,15 @@ def sim(
         from api.cli.parent import end_with_parent
 
         end_with_parent()
-    serve(listen, specimen=specimen, hide=tuple(hide or ()), seed=seed, speed=speed, on_ready=_ready)
+    serve(
+        listen,
+        specimen=specimen,
+        hide=tuple(hide or ()),
+        seed=seed,
+        speed=speed,
+        reveal=reveal,
+        on_ready=_ready,
+    )
 
 
 def _ready(url: str) -> None:
