@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,8 +18,10 @@ from api.database import writing
 from api.errors import Conflict, LeaseLost, NotFound, SettingsError, StoreError
 from api.leases import Leased, acquire
 from api.records import CampaignState, RunRecord, TestState
+from api.runfiles import RunFiles
 from api.store import Store
 from api.tables import METADATA
+from api.worker import close_left_open
 
 RIG = "modbus://127.0.0.1:5020"
 LEASE_S = 20.0
@@ -123,7 +126,7 @@ def test_whoever_lost_the_lease_can_write_nothing(store: Store, body: dict[str, 
     before = store.campaign(campaign.id)
     for write in (
         late.take_next,
-        late.close_left_open,
+        late.left_open,
         lambda: late.sign_of_life(campaign),
         lambda: late.progress(campaign, 0, "running", 1, ""),
         lambda: late.end_test(campaign, 0, TestState.DONE, ""),
@@ -150,24 +153,21 @@ def test_a_lease_that_ran_out_but_that_nobody_took_is_still_held(
 
 
 def test_a_campaign_whose_worker_died_is_closed_as_failed_by_the_next_worker(
-    store: Store, body: dict[str, Any], clock: Any
+    store: Store, body: dict[str, Any], clock: Any, tmp_path: Path
 ) -> None:
     campaign = store.create(NewCampaign(**body))
     dead = leased(store)
     dead.take_next()
     dead.progress(campaign, 0, "running", 100, "")
     clock.now_s += LEASE_S + 1
-    closed = leased(store, "worker 2").close_left_open()
-    assert [c.id for c in closed] == [campaign.id]
-    assert closed[0].state is CampaignState.FAILED
-    assert "no sign of life" in closed[0].reason
-    assert [test.state for test in closed[0].tests] == [TestState.FAILED, TestState.SKIPPED]
-    assert leased_again_closes_nothing(store, clock)
-
-
-def leased_again_closes_nothing(store: Store, clock: Any) -> bool:
-    clock.now_s += LEASE_S + 1
-    return leased(store, "worker 3").close_left_open() == ()
+    second = leased(store, "worker 2")
+    assert [c.id for c in second.left_open()] == [campaign.id]
+    close_left_open(second, RunFiles(tmp_path))
+    closed = store.campaign(campaign.id)
+    assert closed.state is CampaignState.FAILED
+    assert "no sign of life" in closed.reason
+    assert [test.state for test in closed.tests] == [TestState.FAILED, TestState.SKIPPED]
+    assert second.left_open() == ()
 
 
 def test_an_abort_ends_a_waiting_campaign_at_once_and_can_be_repeated(store: Store, body: dict[str, Any]) -> None:
@@ -240,12 +240,12 @@ STEPS = st.lists(st.sampled_from(["create", "take", "test", "abort", "end", "die
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(steps=STEPS)
 def test_whatever_happens_every_campaign_tells_one_true_story(
-    store: Store, body: dict[str, Any], clock: Any, steps: list[str]
+    store: Store, body: dict[str, Any], clock: Any, tmp_path: Path, steps: list[str]
 ) -> None:
     """Ended campaigns stay as they ended; no more than one runs; none is lost."""
     clock.now_s += 2 * LEASE_S
     held, running = leased(store), None
-    held.close_left_open()
+    close_left_open(held, RunFiles(tmp_path))
     made = {c.id for c in store.campaigns(limit=200)}
     ended = {c.id: c for c in store.campaigns(limit=200) if c.ended_at_s is not None}
     for step in steps:
@@ -265,7 +265,7 @@ def test_whatever_happens_every_campaign_tells_one_true_story(
             case "die":
                 clock.now_s += 2 * LEASE_S
                 held, running = leased(store, "next"), None
-                held.close_left_open()
+                close_left_open(held, RunFiles(tmp_path))
         now = {c.id: c for c in store.campaigns(limit=200)}
         assert set(now) == made
         assert sum(c.state is CampaignState.RUNNING for c in now.values()) == (running is not None)
