@@ -113,7 +113,7 @@ class Leased:
             record_event(connection, campaign.number, now, f"test {name}: {state}" + (f": {text}" if text else ""))
 
     def add_run(self, campaign: Campaign, run: RunRecord) -> None:
-        """A captured run file."""
+        """A captured run file: its samples are what its test has come to."""
         now = self.store.clock()
         with writing(self.store.engine) as connection:
             self._hold(connection, now)
@@ -131,6 +131,11 @@ class Leased:
                     sample_rate_hz=run.sample_rate_hz,
                     created=run.created,
                 )
+            )
+            connection.execute(
+                update(tests)
+                .where(tests.c.campaign == campaign.number, tests.c.name == run.test)
+                .values(samples=run.samples)
             )
             record_event(
                 connection,

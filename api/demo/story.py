@@ -176,7 +176,8 @@ def _follow(client: Client, accepted: Mapping[str, Any], show: Show) -> dict[str
         def tell_bars(now: dict[str, Any]) -> None:
             for test in now["tests"]:
                 if test["state"] in ("running", "done"):
-                    bar(test["name"], test["samples"] / max(1, test["total_samples"]))
+                    done = 1.0 if test["state"] == "done" else test["samples"] / test["total_samples"]
+                    bar(test["name"], done)
 
         played = client.follow(accepted["id"], within_s=CAMPAIGN_S, tell=tell_bars)
     if played["state"] != "done":

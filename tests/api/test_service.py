@@ -43,6 +43,7 @@ def test_a_campaign_is_played_in_order_and_its_runs_can_be_fetched(service: Chil
     assert asked["state"] == "accepted"
     done = until(service.url, asked["id"], ended)
     assert (done["state"], states(done)) == ("done", ["done", "done"])
+    assert [(test["samples"], test["total_samples"]) for test in done["tests"]] == [(1500, 1500), (750, 750)]
     runs = get(service.url, f"/v1/campaigns/{done['id']}/runs")["runs"]
     assert [(run["test"], run["held_out"], run["status"]) for run in runs] == [
         ("test 0", False, "complete"),
