@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -201,6 +202,36 @@ def test_design_run_fit_simulate_and_score_work_together(place: Path, rig: str) 
     scored = json.loads(damper_rig("score", "out.h5", cwd=place).stdout)
     assert scored["rms"] > 0
     assert 50 < scored["fit"] < 100
+
+
+def test_explain_writes_its_three_files_and_prints_the_report(
+    place: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(place)
+    runs = []
+    for k, frequency_hz in enumerate((1.0, 2.0, 4.0, 2.5)):
+        t = np.arange(4000) / 1000.0
+        phase = 2 * np.pi * frequency_hz * t
+        v = 0.02 * 2 * np.pi * frequency_hz * np.cos(phase)
+        noise = np.random.default_rng(k).normal(0, 1, t.size)
+        channels = {"displacement": 0.02 * np.sin(phase), "force": 700.0 * v + 30.0 * np.tanh(v / 0.004) + noise}
+        period = round(1000 / frequency_hz)
+        write_run(
+            Path(f"run{k}.h5"),
+            replace(read_run("run.h5"), run_id=f"run {k}", channels=channels, period_samples=period, path=None),
+        )
+        runs.append(f"run{k}.h5")
+    arguments = ["explain", "model.json", *runs[:2], "--held-out", *runs[2:], "-o", "report", "--json"]
+    assert main(arguments) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["format"] == "damper-rig/discrepancy-report"
+    assert report["runs"] == {"train": runs[:2], "held_out": runs[2:]}
+    assert [effect["element"] for effect in report["effects"]] == ["coulomb_friction"]
+    assert report == json.loads(Path("report/report.json").read_text())
+    assert sorted(path.name for path in Path("report").iterdir()) == ["model.json", "report.html", "report.json"]
+    assert main(["simulate", "report/model.json", runs[3], "-o", "simulated.h5"]) == 0
+    assert main(["score", "simulated.h5"]) == 0
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["rms"] < 2.0
 
 
 def test_an_interrupted_run_ends_with_the_rig_safe_and_a_true_file(place: Path, rig: str) -> None:
