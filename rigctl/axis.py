@@ -15,8 +15,7 @@ from rigctl.transport import Identity, Reply, SetpointBlock, Status, Transport
 
 _T = TypeVar("_T")
 
-CALL_S = 0.5
-EXCHANGE_S = 0.25
+CALL_S = 0.25  # half the rig's heartbeat: one lost answer must not trip it
 STATE_S = 5.0
 CONNECT_S = 2.0
 STOP_S = 3.0
@@ -69,7 +68,7 @@ class Axis:
         ends = self._clock.now() + patience_s
         while True:
             try:
-                return self._transport.exchange(block, stream.plan.run_id, stream.captured, EXCHANGE_S)
+                return self._transport.exchange(block, stream.plan.run_id, stream.captured, CALL_S)
             except TransportError:
                 if self._clock.now() >= ends:
                     raise

@@ -16,7 +16,7 @@ import numpy as np
 
 from excitation.plan import Test
 from rigctl.address import connect
-from rigctl.axis import EXCHANGE_S, Axis
+from rigctl.axis import CALL_S, Axis
 from rigctl.clock import Clock, SystemClock
 from rigctl.device import describe
 from rigctl.errors import LimitError, RigError, RigFault, TransportError
@@ -137,36 +137,27 @@ class _Player:
             return self._end(axis, waveform, writer, error)
 
     def _end(self, axis: Axis, waveform: Waveform, writer: RunWriter | None, error: BaseException) -> Path:
-        """Make the rig safe and the file true after anything that went other than planned."""
-        self._report(Phase.STOPPING, str(error))
+        """Make the rig safe, then the file true, then tell: after anything that went other than planned."""
         status = "truncated" if isinstance(error, TransportError) else "aborted"
-        trouble: RigError | None = None
-        try:
-            axis.make_safe()
-        except RigError as failed:
-            trouble = failed
+        tell, self.on_progress = self.on_progress, _tell_nobody  # what is told may raise: safe comes first
+        trouble = _safe_despite_interrupts(axis)
         path = None
         if writer is not None:
             if trouble is None and not isinstance(error, TransportError):
                 self._drain(writer, waveform)
-            writer.event(writer.samples / self.test.excitation.sample_rate_hz, f"{status}: {error}")
-            path = self._close(writer, status)
-        if trouble is not None and not isinstance(error, KeyboardInterrupt):
-            trouble.run_path = path
-            raise trouble from error
-        if isinstance(error, _Stopped):
-            if path is None:
-                raise RigFault(f"test {self.test.name!r} was stopped before it began: {error}") from error
-            return path
-        if isinstance(error, RigError):
-            error.run_path = path
-        raise error
+            seconds = writer.samples / self.test.excitation.sample_rate_hz
+            writer.event(seconds, f"{status}: {str(error) or type(error).__name__}")
+            path = writer.close(status)
+        self.on_progress = tell
+        if isinstance(error, Exception):
+            self._report(Phase.STOPPED, f"{status}: {error}")
+        return _outcome(self.test.name, error, trouble, path)
 
     def _drain(self, writer: RunWriter, waveform: Waveform) -> None:
         """Fetch what the rig captured before it stopped: the samples that show why."""
         with suppress(TransportError):
             while self.stream is not None:
-                reply = self.transport.exchange(None, self.stream.plan.run_id, self.stream.captured, EXCHANGE_S)
+                reply = self.transport.exchange(None, self.stream.plan.run_id, self.stream.captured, CALL_S)
                 fresh = self.stream.take(reply)
                 if fresh is None:
                     return
@@ -308,6 +299,36 @@ class _Player:
                 block=block,
             )
         )
+
+
+def _tell_nobody(progress: Progress) -> None:
+    pass
+
+
+def _safe_despite_interrupts(axis: Axis) -> RigError | None:
+    """Stop the rig; a second Ctrl-C while it stops must not leave it moving. Return what failed."""
+    while True:
+        try:
+            axis.make_safe()
+        except RigError as failed:
+            return failed
+        except KeyboardInterrupt:
+            continue
+        return None
+
+
+def _outcome(name: str, error: BaseException, trouble: RigError | None, path: Path | None) -> Path:
+    """Return the path of a run that was stopped on request; raise everything else, the failed stop first."""
+    if trouble is not None:
+        trouble.run_path = path
+        raise trouble from error
+    if isinstance(error, _Stopped):
+        if path is None:
+            raise RigFault(f"test {name!r} was stopped before it began: {error}") from error
+        return path
+    if isinstance(error, RigError):
+        error.run_path = path
+    raise error
 
 
 def _raise_fault(reply: Reply) -> None:

@@ -127,8 +127,20 @@ class Controller:
         self._setpoint = np.array([self._setpoint[0], current_a])
 
     def accept(self, block: SetpointBlock) -> bool:
-        """Take a block of set-points; False where it must be sent again."""
-        return self.fifo.accept(block)
+        """Take a block of set-points; False where it must be sent again.
+
+        A set-point outside the limits stops the rig now, while what came before it still leaves room to.
+        """
+        known = self.fifo.consumed + self.fifo.level
+        last = self.fifo.last_m
+        accepted = self.fifo.accept(block)
+        if self.fifo.consumed + self.fifo.level > known:
+            rows = self.fifo.peek(self.fifo.level)[-block.samples :]
+            before = float(rows[0, 0]) if last is None else last
+            good, fault = check_setpoints(rows, before, self.configuration.limits, self.rate_hz)
+            if good < rows.shape[0]:
+                self.fail(fault)
+        return accepted
 
     def acknowledge(self, run_id: int, captured: int) -> None:
         self.store.acknowledge(run_id, captured)

@@ -25,6 +25,7 @@ class SetpointFifo:
     consumed: int = 0
     duplicates: int = 0
     gaps: int = 0
+    last_m: float | None = None  # the last accepted set-point
     _rows: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 2)))
 
     @property
@@ -51,6 +52,7 @@ class SetpointFifo:
         rows = np.column_stack([block.displacement_m, block.current_a])
         self._rows = np.concatenate([self._rows, rows])
         self.last_accepted, self.ended = block.sequence, block.end_of_stream
+        self.last_m = float(rows[-1, 0])
         return True
 
     def peek(self, count: int) -> NDArray[np.float64]:

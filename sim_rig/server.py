@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
 import threading
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from rigctl.address import host_and_port
-from sim_rig.errors import SpecimenError
+from sim_rig.draw import Truth, draw, write_truth
 from sim_rig.modbus_server import serve_modbus
 from sim_rig.plant import SimulatedPlant
 from sim_rig.rig import SimulatedRig
 from sim_rig.specimens import SPECIMENS
 
 
-def build_rig(specimen: str, *, hide: Sequence[str], seed: int, speed: float, now: Callable[[], float]) -> SimulatedRig:
-    """Make a rig with a specimen in it; SpecimenError for a name that does not exist."""
-    if specimen not in SPECIMENS:
-        raise SpecimenError(f"specimen {specimen!r} does not exist: choose one of {', '.join(SPECIMENS)}")
-    found = SPECIMENS[specimen]
-    plant = SimulatedPlant(found.damper, found.noise, seed=seed, start_degc=25.0)
-    return SimulatedRig(plant, speed=speed, now=now, serial=str(seed))
+def build_rig(
+    specimen: str, *, hide: Sequence[str], seed: int, speed: float, now: Callable[[], float]
+) -> tuple[SimulatedRig, Truth]:
+    """Make a rig with a specimen in it, and the truth about it; SpecimenError for a name that does not exist."""
+    truth = draw(specimen, hide, seed)
+    noise = SPECIMENS[specimen].noise
+    plant = SimulatedPlant(truth.damper, noise, seed=seed, start_degc=truth.start_degc)
+    return SimulatedRig(plant, speed=speed, now=now, serial=str(seed)), truth
 
 
 def serve(
@@ -32,9 +35,12 @@ def serve(
     hide: Sequence[str] = (),
     seed: int = 1,
     speed: float = 1.0,
+    reveal: str | os.PathLike[str] | None = None,
     on_ready: Callable[[str], None] = lambda url: None,
 ) -> None:
     """Serve a simulated rig until SIGTERM or SIGINT; `on_ready` gets the address once a connection is accepted.
+
+    `hide` names effects, or ``random``; what was drawn is told to nobody, unless `reveal` names a file for it.
 
     Raises
     ------
@@ -42,7 +48,9 @@ def serve(
         For a specimen, an effect, an address or a speed that cannot be, before anything listens.
     """
     host, port = host_and_port(url)
-    rig = build_rig(specimen, hide=hide, seed=seed, speed=speed, now=time.monotonic)
+    rig, truth = build_rig(specimen, hide=hide, seed=seed, speed=speed, now=time.monotonic)
+    if reveal is not None:
+        write_truth(truth, Path(reveal))
     asyncio.run(_until_signalled(rig, host, port, on_ready))
 
 

@@ -1,0 +1,126 @@
+"""A rig in this process on a clock that the test moves, and a rig in a process of its own."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from excitation.plan import Test
+from excitation.signal import Excitation, Kind
+from sim_rig.plant import SimulatedPlant
+from sim_rig.rig import SimulatedRig
+from sim_rig.specimens import SPECIMENS
+
+
+class FakeClock:
+    """Time that passes only when somebody sleeps."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+
+    def now(self) -> float:
+        return self.time
+
+    def sleep(self, seconds: float) -> None:
+        self.time += max(seconds, 0.0)
+
+
+class LoggedPlant(SimulatedPlant):
+    """Keeps every set-point that reached the actuator."""
+
+    def __init__(self, seed: int) -> None:
+        found = SPECIMENS["semi-active"]
+        super().__init__(found.damper, found.noise, seed=seed, start_degc=25.0)
+        self.commands: list[NDArray[np.float64]] = []
+
+    def play(self, setpoints: NDArray[np.float64]) -> NDArray[np.float64]:
+        self.commands.append(setpoints[:, 0].copy())
+        return super().play(setpoints)
+
+    def restore(self, snapshot: object) -> None:
+        self.commands.pop()
+        super().restore(snapshot)
+
+    def fastest_m_s(self, rate_hz: float = 1000.0) -> float:
+        return float(np.max(np.abs(np.diff(np.concatenate(self.commands))))) * rate_hz
+
+    def hardest_m_s2(self, rate_hz: float = 1000.0) -> float:
+        return float(np.max(np.abs(np.diff(np.concatenate(self.commands), 2)))) * rate_hz**2
+
+
+class Bench:
+    """A simulated rig, its clock, and a log of what it commanded."""
+
+    def __init__(self, *, speed: float = 20.0, seed: int = 3) -> None:
+        self.clock = FakeClock()
+        self.plant = LoggedPlant(seed)
+        self.rig = SimulatedRig(self.plant, speed=speed, now=self.clock.now)
+
+    def wait(self, seconds: float) -> None:
+        """Let time go by with nobody at the wire."""
+        for _ in range(round(seconds / 0.005)):
+            self.clock.sleep(0.005)
+            self.rig.tick()
+
+
+@pytest.fixture
+def bench() -> Callable[..., Bench]:
+    return Bench
+
+
+def a_sine(samples: int = 400, *, amplitude_m: float = 0.01, frequency_hz: float = 5.0, name: str = "sine") -> Test:
+    time = np.arange(samples) / 1000.0
+    period = round(1000 / frequency_hz)
+    return Test(
+        name=name,
+        excitation=Excitation(
+            kind=Kind.SINE,
+            sample_rate_hz=1000.0,
+            period_samples=period if period <= samples else 0,
+            displacement_m=amplitude_m * np.sin(2 * np.pi * frequency_hz * time),
+            current_a=0.8 + 0.4 * np.sin(2 * np.pi * frequency_hz * time),
+            design={"kind": "sine", "amplitude": amplitude_m},
+        ),
+    )
+
+
+@pytest.fixture(name="a_sine")
+def _a_sine() -> Callable[..., Test]:
+    return a_sine
+
+
+SERVE = """
+import sys
+from sim_rig.server import serve
+serve(sys.argv[1], speed=float(sys.argv[2]), seed=3, on_ready=lambda url: print("ready", url, flush=True))
+"""
+
+
+@contextmanager
+def a_process(url: str, speed: float) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    command = [sys.executable, "-c", SERVE, url, str(speed)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            word, real = process.stdout.readline().split()
+            assert word == "ready"
+            yield process, real
+        finally:
+            process.kill()
+
+
+@pytest.fixture(scope="session")
+def modbus_rig() -> Iterator[str]:
+    with a_process("modbus://127.0.0.1:0", 50.0) as (_, url):
+        yield url
+
+
+@pytest.fixture
+def start_rig() -> Callable[[str, float], object]:
+    return a_process
