@@ -98,73 +98,95 @@ def record_from_run(run: Run) -> Record:
             raise DataError(f"{name}: channel '{channel}' is frozen at {run.channels[channel][0]:g}: check its sensor")
     if run.samples < _MIN_SAMPLES:
         raise DataError(f"{name}: only {run.samples} samples: at least {_MIN_SAMPLES} are needed")
-    period = run.period_samples
-    if period >= 8 and run.samples >= 2 * period:
-        return _periodic(run, name, period)
-    return _free(run, name)
+    return _periodic(run, name) if _is_periodic(run) else _free(run, name)
 
 
-def _periodic(run: Run, name: str, period: int) -> Record:
-    x, force = run.channels["displacement"], run.channels["force"]
-    count = run.samples // period
-    drop = _settling_periods(force[: count * period].reshape(count, period))
-    kept = slice(drop * period, count * period)
-    periods = x[kept].reshape(count - drop, period)
+def motion_of(run: Run) -> Motion:
+    """Clean inputs of a run: its mean period repeated where it is periodic, a smoothed record where it is not."""
+    if _is_periodic(run):
+        return _periodic_motion(
+            run, _settling_periods(_periods(run, "force" if "force" in run.channels else "displacement"))
+        )[0]
+    return _free_motion(run)[0]
+
+
+def _is_periodic(run: Run) -> bool:
+    return run.period_samples >= 8 and run.samples >= 2 * run.period_samples
+
+
+def _periods(run: Run, channel: str) -> Floats:
+    count = run.samples // run.period_samples
+    return run.channels[channel][: count * run.period_samples].reshape(count, run.period_samples)
+
+
+def _periodic_motion(run: Run, drop: int) -> tuple[Motion, Kinematics]:
+    periods, period = _periods(run, "displacement")[drop:], run.period_samples
     kinematics = periodic_kinematics(periods, run.sample_rate_hz)
-    index = np.arange(count * period) % period
-    current = run.channels.get("current")
+    index = np.arange((periods.shape[0] + drop) * period) % period
+    current = _periods(run, "current")[drop:].mean(axis=0) if "current" in run.channels else np.zeros(period)
     motion = Motion(
         dt=1.0 / run.sample_rate_hz,
         x=kinematics.x[index],
         v=kinematics.v[index],
         a=kinematics.a[index],
-        i=_mean_period(current, kept, period)[index] if current is not None else np.zeros(index.size),
+        i=current[index],
         temperature=_temperature(run)[: index.size],
         t=np.arange(index.size) / run.sample_rate_hz,
         period=period,
         settle=drop,
     )
-    tones: list[float] = []
-    if count - drop >= 2:
-        sigma, tones = between_periods(force[kept].reshape(count - drop, period))
-        route = f"{count - drop} periods of {period} samples averaged, noise from their differences"
-    else:
-        sigma = high_frequency(force[kept])
-        route = f"one settled period of {period} samples, noise from the upper quarter of the spectrum"
-    return Record(
-        name=name,
-        motion=motion,
-        force=force[: index.size],
-        window=kept,
-        period=period,
-        sigma=_at_least(sigma, force),
-        has_current=_varies(current),
-        has_temperature="temperature" in run.channels,
-        route=route,
-        bandwidth_hz=kinematics.bandwidth_hz,
-        tones_hz=tuple(q * run.sample_rate_hz for q in tones),
-        notes=_notes(run, kinematics),
-        kind=run.excitation_kind,
-    )
+    return motion, kinematics
 
 
-def _free(run: Run, name: str) -> Record:
-    x, force = run.channels["displacement"], run.channels["force"]
-    kinematics = smooth_kinematics(x, run.sample_rate_hz)
+def _free_motion(run: Run) -> tuple[Motion, Kinematics]:
+    kinematics = smooth_kinematics(run.channels["displacement"], run.sample_rate_hz)
     current = run.channels.get("current")
-    n = run.samples
     motion = Motion(
         dt=1.0 / run.sample_rate_hz,
         x=kinematics.x,
         v=kinematics.v,
         a=kinematics.a,
-        i=current.copy() if current is not None else np.zeros(n),
+        i=current.copy() if current is not None else np.zeros(run.samples),
         temperature=_temperature(run),
-        t=np.arange(n) / run.sample_rate_hz,
+        t=np.arange(run.samples) / run.sample_rate_hz,
     )
+    return motion, kinematics
+
+
+def _periodic(run: Run, name: str) -> Record:
+    force = _periods(run, "force")
+    drop = _settling_periods(force)
+    motion, kinematics = _periodic_motion(run, drop)
+    settled, period, tones = force[drop:], run.period_samples, []
+    if settled.shape[0] >= 2:
+        sigma, tones = between_periods(settled)
+        route = f"{settled.shape[0]} periods of {period} samples averaged, noise from their differences"
+    else:
+        sigma = high_frequency(settled.ravel())
+        route = f"one settled period of {period} samples, noise from the upper quarter of the spectrum"
+    return Record(
+        name=name,
+        motion=motion,
+        force=force.ravel(),
+        window=slice(drop * period, force.size),
+        period=period,
+        sigma=_at_least(sigma, force),
+        has_current=_varies(run.channels.get("current")),
+        has_temperature="temperature" in run.channels,
+        route=route,
+        bandwidth_hz=kinematics.bandwidth_hz,
+        tones_hz=tuple(q * run.sample_rate_hz for q in tones),
+        notes=_notes(run),
+        kind=run.excitation_kind,
+    )
+
+
+def _free(run: Run, name: str) -> Record:
+    motion, kinematics = _free_motion(run)
+    force, n = run.channels["force"], run.samples
     edge = int(np.clip(run.sample_rate_hz / kinematics.bandwidth_hz, 4, n // 20))
     window = slice(edge, n - edge)
-    sigma = from_cycles(force[window], x[window], run.sample_rate_hz)
+    sigma = from_cycles(force[window], run.channels["displacement"][window], run.sample_rate_hz)
     how = "what is left beside the harmonics of the motion"
     if sigma is None:
         sigma, how = high_frequency(force[window]), "the upper quarter of the spectrum"
@@ -175,11 +197,11 @@ def _free(run: Run, name: str) -> Record:
         window=window,
         period=0,
         sigma=_at_least(sigma, force),
-        has_current=_varies(current),
+        has_current=_varies(run.channels.get("current")),
         has_temperature="temperature" in run.channels,
         route=f"no whole periods: derivatives up to {kinematics.bandwidth_hz:.3g} Hz, noise from {how}",
         bandwidth_hz=kinematics.bandwidth_hz,
-        notes=_notes(run, kinematics),
+        notes=_notes(run),
         kind=run.excitation_kind,
     )
 
@@ -194,11 +216,6 @@ def _settling_periods(periods: Floats) -> int:
     while drop < count // 2 and np.sqrt(np.mean((periods[drop] - reference) ** 2)) > _SETTLED * noise * 1.5:
         drop += 1
     return drop
-
-
-def _mean_period(values: Floats, kept: slice, period: int) -> Floats:
-    mean: Floats = values[kept].reshape(-1, period).mean(axis=0)
-    return mean
 
 
 def _temperature(run: Run) -> Floats:
@@ -219,7 +236,7 @@ def _at_least(sigma: float, force: Floats) -> float:
     return max(sigma, 1e-6 * float(np.sqrt(np.mean(force**2))), np.finfo(np.float64).tiny)
 
 
-def _notes(run: Run, kinematics: Kinematics) -> tuple[str, ...]:
+def _notes(run: Run) -> tuple[str, ...]:
     """What a test engineer should know of the channels before believing any result."""
     notes = []
     for channel, unit in (("force", "N"), ("displacement", "m")):

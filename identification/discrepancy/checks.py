@@ -52,7 +52,9 @@ def check_model(model: Model, records: Sequence[Record]) -> None:
     for r in records:
         if any(e.spec.needs_current for e in model.elements) and not r.has_current:
             needs = next(e.name for e in model.elements if e.spec.needs_current)
-            raise DataError(f"{r.name} has no control current, which '{needs}' of the model needs: record it or leave it out")
+            raise DataError(
+                f"{r.name} has no control current, which '{needs}' of the model needs: record it or leave it out"
+            )
         predict(model, r)
 
 

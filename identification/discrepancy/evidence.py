@@ -99,9 +99,7 @@ def gather(found: Search, base_excess: float, records: Sequence[Record]) -> list
                 confidence=belief / total,
                 alternatives=tuple((n, belief * w / total) for n, w in ranked if belief * w / total > 0.005),
                 gap_before=_rms_without(found, name, records),
-                own_share=float(
-                    np.sqrt(np.sum(precision) / max(_energy(found.fit.model, name, records), 1e-300))
-                ),
+                own_share=float(np.sqrt(np.sum(precision) / max(_energy(found.fit.model, name, records), 1e-300))),
             )
         )
     return out

@@ -38,7 +38,9 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
     best: Hum | None = None
     for coarse in wanted:
         frequency = _refine(coarse, residuals, records)
-        amplitudes, ratios = zip(*(_tone(e, r.dt, frequency) for e, r in zip(residuals, records, strict=True)), strict=True)
+        amplitudes, ratios = zip(
+            *(_tone(e, r.dt, frequency) for e, r in zip(residuals, records, strict=True)), strict=True
+        )
         middle = float(np.median(amplitudes))
         scatter = float(np.std(amplitudes)) / max(middle, 1e-300)
         seen = np.mean(np.array(ratios) > _STANDS_OUT)

@@ -103,7 +103,9 @@ def locate(residuals: Sequence[Floats], records: Sequence[Record]) -> tuple[list
         rms = np.sqrt(np.bincount(index, weights=stacked**2, minlength=_BINS) / np.maximum(count, 1.0))
         seen = count > 0
         profiles.append(
-            Profile(variable=name, unit=unit, centre=(0.5 * (edges[1:] + edges[:-1]))[seen], mean=mean[seen], rms=rms[seen])
+            Profile(
+                variable=name, unit=unit, centre=(0.5 * (edges[1:] + edges[:-1]))[seen], mean=mean[seen], rms=rms[seen]
+            )
         )
         regions.append(_region(name, unit, edges, np.maximum(energy, 0.0), count, _loudest(chosen)))
     order = sorted(regions, key=lambda g: -g.share_of_gap / max(g.share_of_samples, 0.02))
@@ -116,9 +118,7 @@ def _loudest(chosen: Sequence[tuple[Record, Floats]]) -> tuple[str, ...]:
     return tuple(name for name, value in sorted(energy.items(), key=lambda i: -i[1]) if value > 0.15 * total)
 
 
-def _region(
-    name: str, unit: str, edges: Floats, energy: Floats, count: Floats, runs: tuple[str, ...]
-) -> Region:
+def _region(name: str, unit: str, edges: Floats, energy: Floats, count: Floats, runs: tuple[str, ...]) -> Region:
     total, samples = max(float(energy.sum()), 1e-300), float(count.sum())
     sums, counts = np.concatenate([[0.0], np.cumsum(energy)]), np.concatenate([[0.0], np.cumsum(count)])
     best = (0, len(energy))

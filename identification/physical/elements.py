@@ -60,7 +60,9 @@ class ParameterSpec:
     high: float = math.inf
     constant: float | None = None  # a convention such as T_ref: fixed, with this default
     default: float | None = None  # the value where a file leaves the parameter out
-    refinement: bool = False  # a finer shape than the canonical form: never free unless asked for, not written while neutral
+    refinement: bool = (
+        False  # a finer shape than the canonical form: never free unless asked for, not written while neutral
+    )
 
 
 @dataclass(frozen=True, slots=True)

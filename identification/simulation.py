@@ -1,0 +1,34 @@
+"""Free-run simulation of a model along a run, from the run's inputs alone."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.errors import DataError
+from identification.physical.model import Model
+from identification.physical.simulate import simulate
+from identification.record import motion_of
+from rigctl.runfile import Run
+
+
+def simulate_run(model: Model, run: Run) -> NDArray[np.float64]:
+    """Force of the model along a run's displacement, current and temperature, (N,), N, for every sample of the run.
+
+    Raises
+    ------
+    DataError
+        when the run lacks the displacement, or a current that the model needs.
+    """
+    name = run.path.name if run.path is not None else run.run_id
+    if "displacement" not in run.channels:
+        raise DataError(f"{name}: no channel 'displacement': the model is driven by the measured displacement")
+    if model.needs_current and "current" not in run.channels:
+        needs = next((e.name for e in model.elements if e.spec.needs_current), model.name)
+        raise DataError(f"{name} has no control current, which '{needs}' needs: record it or leave it out")
+    motion, samples = motion_of(run), run.samples
+    force = simulate(model, motion).force
+    if force.size < samples:  # a periodic run that ends within a period goes on as its periods do
+        tail = force[-motion.period :]
+        force = np.concatenate([force, np.resize(tail, samples - force.size)])
+    return force
