@@ -45,7 +45,7 @@ def test_the_demo_names_the_hidden_effect_and_leaves_two_reports_and_no_process(
     begun = time.monotonic()
     out = tmp_path / "out"
     with subprocess.Popen(
-        [*COMMAND, "-o", str(out), "--effect", "coulomb_friction", "--seed", "1", "--json"],
+        [*COMMAND, "-o", str(out), "--effect", "damping_asymmetry", "--seed", "6", "--json"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -54,7 +54,7 @@ def test_the_demo_names_the_hidden_effect_and_leaves_two_reports_and_no_process(
     assert process.returncode == 0, messages
     assert time.monotonic() - begun < 180.0
     found = json.loads(answer)
-    assert found["hidden"] == ["coulomb_friction"]
+    assert found["hidden"] == ["damping_asymmetry"]
     assert found["named_right"]
     assert found["rig"]["gap"]["held_out"]["closed"] > 0.9
     assert found["real"]["gap"]["held_out"]["final"] < 0.5 * found["real"]["gap"]["held_out"]["base_refitted"]
@@ -62,7 +62,7 @@ def test_the_demo_names_the_hidden_effect_and_leaves_two_reports_and_no_process(
     assert {run.status for run in runs} == {"complete"}
     assert len(runs) == 8
     page = (out / "report.html").read_text()
-    assert "coulomb_friction" in page
+    assert "damping_asymmetry" in page
     for link in ("rig/report.html", "real/report.html"):
         assert link in page
         assert (out / link).is_file()
