@@ -148,7 +148,7 @@ def designed(p: Damper, z: float, w: float, u: float) -> float:
     else:
         force = (p.c + p.c_control * u) * w
     if p.hysteresis != 0.0 or p.hysteresis_control != 0.0:
-        turn = math.tanh(z / (0.001 * p.scale_m))
+        turn = math.tanh(z / (0.0002 * p.scale_m))
         force += (p.hysteresis + p.hysteresis_control * u) * math.tanh(
             p.hysteresis_slope * w + p.hysteresis_shift * turn
         )

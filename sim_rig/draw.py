@@ -14,7 +14,7 @@ import numpy as np
 from sim_rig.damper import Damper
 from sim_rig.effects import EFFECTS, LISTED, Scale, hidden, refusal
 from sim_rig.errors import SpecimenError
-from sim_rig.sizes import LARGEST, SIZES
+from sim_rig.sizes import FAINT, LARGEST, SIZES
 from sim_rig.specimens import SPECIMENS, Specimen
 
 RANDOM: Final = "random"
@@ -67,7 +67,7 @@ def draw(specimen: str, hide: Sequence[str], seed: int) -> Truth:
         if name in taken:
             raise SpecimenError(f"effect {name!r} is asked for twice")
         size = float(np.exp(random.uniform(*np.log(SPREAD))))
-        usual = SIZES[specimen].get(name, LARGEST)
+        usual = SIZES[specimen].get(name, FAINT[specimen].get(name, LARGEST))
         damper, parameters = hidden(damper, name, scale, size * usual)
         effect = EFFECTS[name]
         done.append(Hidden(effect=name, path=effect.path, listed=effect.listed, size=size, parameters=parameters))

@@ -54,7 +54,7 @@ def play(
             rising_x += (1.0 / fine - fall) * axis[actuator.X]
             rising_f += (1.0 / fine - fall) * own[CELL]
             command = own[COMMAND] + (target - own[COMMAND]) * (j + 1) / fine
-            actuator.step(machine, axis, command, feed, own[CELL], h)
+            actuator.step(machine, axis, command, feed, body[damper.FORCE], h)
             own[CURRENT] += (current - own[CURRENT]) * (1.0 - math.exp(-h / 2e-4))
             mean_current += own[CURRENT] / fine
             own[CELL] = damper.step(

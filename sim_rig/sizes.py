@@ -11,6 +11,15 @@ from collections.abc import Mapping
 from typing import Final
 
 LARGEST: Final = 1.5  # the size of an effect that is asked for by name where it can hardly be seen
+# A relief valve beyond which the force would fall as the speed rises would oscillate: there it stays small.
+FAINT: Final[Mapping[str, Mapping[str, float]]] = {
+    "semi-active": {"relief_valve": 0.1},
+    "passive": {},
+    "yaw": {"relief_valve": 0.08},
+    "railway": {"relief_valve": 0.1},
+    "mr": {},
+    "mr-distortion": {},
+}
 
 SIZES: Final[Mapping[str, Mapping[str, float]]] = {
     "semi-active": {

@@ -1,0 +1,163 @@
+"""What is hidden is hidden by its name or its seed, matters, and shares no equation with what will look for it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from sim_rig.draw import draw, scale_of, write_truth
+from sim_rig.effects import EFFECTS, LISTED, UNLISTED, refusal
+from sim_rig.errors import SimRigError, SpecimenError
+from sim_rig.plant import SimulatedPlant
+from sim_rig.sensors import Noise
+from sim_rig.server import serve
+from sim_rig.sizes import SIZES
+from sim_rig.specimens import SPECIMENS
+
+SILENT = Noise(force_n=0.0, displacement_m=0.0, current_a=0.0, temperature_degc=0.0, pressure_pa=0.0)
+CATALOGUE = """
+viscous_damping arctan_damping piecewise_linear_damping valve_damping quadratic_damping relief_valve
+damping_asymmetry tanh_hysteresis bouc_wen coulomb_friction stribeck_friction presliding_friction linear_stiffness
+cubic_stiffness gas_spring end_stop position_dependent_damping temperature_fade reversal_force_lag series_compliance
+free_play control_lag control_delay control_saturation control_hysteresis force_delay force_offset moving_mass
+force_drift mains_hum
+"""
+
+
+def played(name: str, hide: tuple[str, ...] = (), seed: int = 1, noise: Noise = SILENT) -> NDArray[np.float64]:
+    """What the sensors say of three seconds of motion and changing current."""
+    found, truth = SPECIMENS[name], draw(name, hide, seed)
+    plant = SimulatedPlant(truth.damper, noise, seed=seed, start_degc=40.0)
+    time = np.arange(3000) / 1000.0
+    x = found.stroke_m * np.sin(found.speed_m_s / found.stroke_m * time) * np.minimum(time / 0.3, 1.0)
+    low, high = found.current_a or (0.0, 0.0)
+    current = low + (high - low) * ((time * 3) % 1.0 > 0.5)
+    return plant.play(np.column_stack([x, current]))
+
+
+def test_every_element_of_the_catalogue_and_five_more_can_be_hidden() -> None:
+    assert set(LISTED) == set(CATALOGUE.split())
+    assert len(UNLISTED) >= 4
+    assert not set(UNLISTED) & set(CATALOGUE.split())
+    for name in EFFECTS:
+        assert any(not refusal(s.damper, name, scale_of(s)) for s in SPECIMENS.values()), name
+
+
+@pytest.mark.parametrize("specimen", list(SPECIMENS))
+def test_every_effect_that_a_specimen_takes_changes_its_force_and_keeps_it_finite(specimen: str) -> None:
+    plain = played(specimen)[:, 0]
+    rms = np.std(plain)
+    assert rms > 0.2 * SPECIMENS[specimen].force_rms_n
+    for name in EFFECTS:
+        if refusal(SPECIMENS[specimen].damper, name, scale_of(SPECIMENS[specimen])):
+            continue
+        force = played(specimen, (name,))[:, 0]
+        assert np.all(np.isfinite(force)), name
+        change = np.sqrt(np.mean((force - plain) ** 2)) / rms
+        assert 0.002 < change < 1.5, f"{name} changes {change:.2%}"
+
+
+def test_a_passive_damper_absorbs_energy() -> None:
+    for name in ("passive", "yaw", "railway"):
+        values = played(name)
+        assert np.sum(values[:-1, 0] * np.diff(values[:, 1])) > 0
+
+
+def test_a_seed_draws_the_same_again_and_another_seed_another() -> None:
+    assert draw("semi-active", ["random"], 7) == draw("semi-active", ["random"], 7)
+    drawn = {draw("semi-active", ["random"], seed).hidden[0].effect for seed in range(120)}
+    assert drawn == {name for name in SIZES["semi-active"] if name in LISTED}
+    pair = draw("semi-active", ["random", "random", "sticking_patch"], 3).hidden
+    assert len({item.effect for item in pair}) == 3
+    assert [item.listed for item in pair] == [True, True, False]
+
+
+def test_what_is_measured_depends_on_the_seed() -> None:
+    noise = SPECIMENS["mr"].noise
+    one, same, other = (played("mr", noise=noise, seed=seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one, same)
+    assert np.any(one != other)
+
+
+def test_noise_is_one_per_cent_of_the_typical_force_and_a_micrometre() -> None:
+    found = SPECIMENS["semi-active"]
+    difference = played("semi-active", noise=found.noise) - played("semi-active")
+    assert np.std(difference[:, 0]) == pytest.approx(0.01 * found.force_rms_n, rel=0.1)
+    assert np.std(difference[:, 1]) == pytest.approx(1e-6, rel=0.1)
+
+
+def test_a_step_of_current_is_a_step_at_its_sample() -> None:
+    found = SPECIMENS["semi-active"]
+    plant = SimulatedPlant(found.damper, SILENT, seed=1, start_degc=25.0)
+    current = np.where(np.arange(200) < 100, 0.4, 1.4)
+    measured = plant.play(np.column_stack([np.zeros(200), current]))[:, 2]
+    assert np.all(np.abs(measured[50:100] - 0.4) < 1e-6)
+    assert measured[100] > 1.1
+    assert np.all(np.abs(measured[102:] - 1.4) < 1e-3)
+
+
+def test_displacement_and_force_have_no_skew() -> None:
+    """A rigid specimen's force follows the measured velocity with no delay: to a few microseconds."""
+    found, samples = SPECIMENS["passive"], 3000
+    plant = SimulatedPlant(found.damper, SILENT, seed=1, start_degc=40.0)
+    omega = 4 * np.pi
+    x = 0.02 * np.sin(omega * np.arange(samples) / 1000.0)
+    values = plant.play(np.column_stack([x, np.zeros(samples)]))[1000:]
+    basis = np.exp(-1j * omega * np.arange(2000) / 1000.0)
+    lag = np.angle(np.sum(values[:, 0] * basis) / np.sum(values[:, 1] * basis)) - np.pi / 2
+    assert abs(lag / omega) < 2e-5
+
+
+def test_a_test_warms_the_damper() -> None:
+    values = played("semi-active")
+    plant_start = 40.0
+    assert values[-1, 3] != pytest.approx(plant_start, abs=0.05)
+
+
+def test_the_truth_is_told_only_where_it_is_asked_for(tmp_path: Path) -> None:
+    write_truth(draw("yaw", ["coulomb_friction"], 2), tmp_path / "truth.json")
+    told = json.loads((tmp_path / "truth.json").read_text())
+    assert told["hidden"][0]["effect"] == "coulomb_friction"
+    assert told["hidden"][0]["parameters"]["coulomb"] > 0
+    assert [entry.name for entry in tmp_path.iterdir()] == ["truth.json"]
+
+
+@pytest.mark.parametrize(
+    ("specimen", "hide", "seed", "words"),
+    [
+        ("lever", [], 1, "choose one of semi-active"),
+        ("yaw", ["gremlin"], 1, "choose random or one of viscous_damping"),
+        ("yaw", ["control_lag"], 1, "no current"),
+        ("yaw", ["series_compliance"], 1, "by design"),
+        ("yaw", ["end_stop", "end_stop"], 1, "twice"),
+        ("yaw", [], -1, "seed is -1"),
+    ],
+)
+def test_what_does_not_exist_is_refused_in_one_line(specimen: str, hide: list[str], seed: int, words: str) -> None:
+    with pytest.raises(SpecimenError, match=words) as caught:
+        draw(specimen, hide, seed)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, float("nan")])
+def test_a_speed_that_cannot_be_is_refused(speed: float) -> None:
+    with pytest.raises(SimRigError, match="speed"):
+        serve("modbus://127.0.0.1:0", speed=speed)
+
+
+@pytest.mark.parametrize("path", sorted(Path("examples/models").glob("*.json")), ids=lambda path: path.stem)
+def test_every_specimen_has_a_base_model_to_start_from(path: Path) -> None:
+    model = json.loads(path.read_text())
+    assert path.stem in SPECIMENS
+    assert model["format"] == "damper-rig/model"
+    assert {element["element"] for elements in model["paths"].values() for element in elements} <= set(
+        CATALOGUE.split()
+    )
+
+
+def test_no_specimen_lacks_its_base_model() -> None:
+    assert {path.stem for path in Path("examples/models").glob("*.json")} == set(SPECIMENS)

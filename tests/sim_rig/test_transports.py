@@ -1,0 +1,214 @@
+"""One contract for every wire to a rig: the same suite without a wire and over a real process."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from excitation.plan import Test
+from rigctl.address import connect
+from rigctl.clock import SystemClock
+from rigctl.device import Control, RigState
+from rigctl.errors import IdentityError, RequestDenied, RigError, TransportError, UrlError
+from rigctl.limits import Configuration, Limits
+from rigctl.player import PlayerSettings, play
+from rigctl.runfile import read_run
+from rigctl.transport import SetpointBlock, Transport
+from sim_rig.direct import DirectTransport
+
+S = 2.0
+
+
+@pytest.fixture(params=["direct", "modbus"])
+def wire(request: pytest.FixtureRequest, bench: Callable[..., Any]) -> Iterator[Transport]:
+    if request.param == "direct":
+        b = bench(speed=50.0)
+        transport: Transport = DirectTransport(b.rig, b.clock)
+    else:
+        transport = connect(request.getfixturevalue("modbus_rig"))
+    yield transport
+    for _ in range(200):
+        transport.status(S)
+        if transport.command(Control.DISABLE, 1, S).state is RigState.DISABLED:
+            break
+    transport.close()
+
+
+def a_block(wire: Transport, run_id: int, sequence: int, *, end: bool = False) -> SetpointBlock:
+    n = wire.block_samples
+    return SetpointBlock(
+        run_id=run_id,
+        sequence=sequence,
+        displacement_m=np.zeros(n),
+        current_a=np.full(n, 0.5),
+        end_of_stream=end,
+    )
+
+
+def test_the_rig_says_who_it_is(wire: Transport) -> None:
+    identity = wire.identify(S)
+    assert (identity.vendor, identity.model, identity.map_version) == ("damper-rig", "sim_rig", 1)
+    assert identity.channel_count == 5
+    assert identity.limits.position_max_m > 0.05
+    assert identity == wire.identify(S)
+
+
+def test_a_configuration_is_kept_or_refused_and_never_changed(wire: Transport) -> None:
+    wire.configure(Configuration(limits=Limits(force_n=5e3)), S)
+    wire.configure(Configuration(limits=Limits(force_n=5e3)), S)
+    with pytest.raises(RequestDenied):
+        wire.configure(Configuration(limits=Limits(force_n=1e6)), S)
+    wire.command(Control.HOLD, 1, S)
+    with pytest.raises(RequestDenied):
+        wire.configure(Configuration(), S)
+
+
+def test_a_command_may_be_repeated(wire: Transport) -> None:
+    for _ in range(2):
+        assert wire.command(Control.DISABLE, 7, S).state is RigState.DISABLED
+    for _ in range(2):
+        assert wire.command(Control.HOLD, 7, S).state is RigState.HOLD
+
+
+def test_the_hold_set_point_travels_to_where_it_is_sent(wire: Transport) -> None:
+    with pytest.raises(RequestDenied):
+        wire.direct(0.01, 0.3, S)
+    wire.command(Control.HOLD, 8, S)
+    with pytest.raises(RequestDenied):
+        wire.direct(0.5, 0.3, S)
+    wire.direct(0.01, 0.3, S)
+    ends = time.monotonic() + 10
+    while not (status := wire.status(S)).arrived:
+        assert time.monotonic() < ends
+    assert status.displacement_m == pytest.approx(0.01, abs=5e-4)
+    assert status.current_a == pytest.approx(0.3, abs=0.01)
+    wire.direct(0.0, 0.0, S)
+    while not wire.status(S).arrived:
+        assert time.monotonic() < ends
+
+
+def test_a_stream_with_every_block_sent_twice_is_played_once_and_captured_whole(wire: Transport) -> None:
+    run, blocks = 4321, 40
+    wire.command(Control.DISABLE, run, S)
+    wire.configure(Configuration(), S)
+    wire.command(Control.HOLD, run, S)
+    for number in range(blocks):
+        block = a_block(wire, run, number, end=number == blocks - 1)
+        for _ in range(2):
+            reply = wire.exchange(block, run, 0, S)
+            assert (reply.last_accepted, reply.refused) == (number, False)
+    wire.command(Control.ACTIVATE, run, S)
+    captured, ends = 0, time.monotonic() + 20
+    while captured < blocks * wire.block_samples:
+        assert time.monotonic() < ends
+        first = wire.exchange(None, run, captured, S)
+        again = wire.exchange(None, run, captured, S)
+        n = first.capture.samples
+        assert first.capture.first_index == again.capture.first_index == captured
+        np.testing.assert_array_equal(first.capture.values, again.capture.values[:n])
+        captured += n
+    assert wire.status(S).consumed == blocks * wire.block_samples
+    assert wire.status(S).state is RigState.HOLD
+
+
+def test_a_gap_and_a_foreign_run_are_refused_with_the_number_to_go_back_to(wire: Transport) -> None:
+    run = 4322
+    wire.command(Control.DISABLE, run, S)
+    wire.exchange(a_block(wire, run, 0), run, 0, S)
+    for block in (a_block(wire, run, 2), a_block(wire, 99, 1)):
+        reply = wire.exchange(block, block.run_id, 0, S)
+        assert (reply.refused, reply.last_accepted) == (True, 0)
+
+
+def test_closing_twice_is_harmless(wire: Transport) -> None:
+    wire.close()
+    wire.close()
+
+
+def test_a_test_over_modbus_is_recorded_whole(modbus_rig: str, a_sine: Callable[..., Test], tmp_path: Path) -> None:
+    with closing(connect(modbus_rig)) as wire:
+        path = play(wire, a_sine(2000), tmp_path, settings=PlayerSettings(ramp_s=0.2))
+    run = read_run(path)
+    assert (run.status, run.samples) == ("complete", 2000)
+    error = run.channels["displacement"] - run.channels["displacement_command"]
+    assert np.std(error) < 0.1 * np.std(run.channels["displacement"])
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_the_rigs_process_ends_cleanly_when_told(start_rig: Callable[..., Any], number: signal.Signals) -> None:
+    with start_rig("modbus://127.0.0.1:0", 1.0) as (process, _):
+        process.send_signal(number)
+        assert process.wait(10) == 0
+
+
+def test_a_rig_that_dies_in_a_run_leaves_a_truncated_file(
+    start_rig: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
+) -> None:
+    with start_rig("modbus://127.0.0.1:0", 1.0) as (process, url):
+        began = time.monotonic()
+        with closing(connect(url)) as wire, pytest.raises(RigError, match=r"connect|acknowledged") as caught:
+            play(
+                wire,
+                a_sine(60_000),
+                tmp_path,
+                on_progress=lambda p: process.kill() if p.samples > 500 else None,
+                settings=PlayerSettings(ramp_s=0.2, link_patience_s=0.5),
+            )
+        assert time.monotonic() - began < 20
+    assert caught.value.run_path is not None
+    run = read_run(caught.value.run_path)
+    assert run.status == "truncated"
+    assert run.samples > 500
+
+
+def test_nobody_at_the_address_is_an_error_in_time() -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        url = f"modbus://127.0.0.1:{taken.getsockname()[1]}"
+    began = time.monotonic()
+    with closing(connect(url)) as wire, pytest.raises(TransportError):
+        wire.identify(0.3)
+    assert time.monotonic() - began < 2
+
+
+def test_a_rig_that_never_answers_is_a_time_out_at_the_deadline() -> None:
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))
+        silent.listen()
+        transport = connect(f"modbus://127.0.0.1:{silent.getsockname()[1]}", clock=SystemClock())
+        began = time.monotonic()
+        with pytest.raises(TransportError):
+            transport.identify(0.4)
+        assert 0.3 < time.monotonic() - began < 2
+        transport.close()
+
+
+@pytest.mark.parametrize("magic", [0, 1])
+def test_a_foreign_device_and_another_map_are_refused_without_motion(
+    monkeypatch: pytest.MonkeyPatch, modbus_rig: str, magic: int
+) -> None:
+    from rigctl import modbus_map as table
+
+    monkeypatch.setattr(table, "MAGIC" if magic else "MAP_VERSION", 0x77)
+    words = "foreign device" if magic else "register map 1"
+    with closing(connect(modbus_rig)) as wire, pytest.raises(IdentityError, match=words) as caught:
+        wire.identify(S)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "url",
+    ["", "modbus://", "modbus://host", "modbus://host:port", "modbus://h:70000", "http://h:1", "modbus://h:1/x", "rig"],
+)
+def test_a_wrong_address_is_refused_in_one_line_that_shows_the_right_form(url: str) -> None:
+    with pytest.raises(UrlError, match="modbus://HOST:PORT") as caught:
+        connect(url)
+    assert "\n" not in str(caught.value)
