@@ -1,4 +1,4 @@
-"""Displacement and its derivatives from a measured displacement: exact for periodic runs, of stated bandwidth for others."""
+"""Motion from a measured displacement: exact derivatives for periodic runs, of stated bandwidth for others."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def smooth_kinematics(x: Floats, sample_rate_hz: float) -> Kinematics:
     return Kinematics(out[0] + line, out[1] + slope, out[2], edge)
 
 
-def _band_edge(power: Floats, freq: Floats) -> float:
+def _band_edge(power: NDArray[np.floating], freq: NDArray[np.floating]) -> float:
     width = max(3, power.size // 200)
     smooth = uniform_filter1d(power, width, mode="nearest")
     floor = np.median(power[2 * power.size // 3 :]) / np.log(2.0)

@@ -19,8 +19,11 @@ _BAND = 0.02  # of the record on either side: how far the dynamic warp may reach
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Score:
-    """rms in N; rrmsse in %, the rms error over the rms of the measured force about its mean; fit in % (100 is perfect);
-    eearth and its three parts from 0 to 1."""
+    """Figures of one comparison.
+
+    rms in N; rrmsse in %, rms error over the rms of the measured force about its mean; fit in %, 100 is perfect; eearth
+    and its three parts from 0 to 1.
+    """
 
     rms: float
     rrmsse: float
@@ -51,8 +54,8 @@ def score_signals(measured: Floats, simulated: Floats) -> Score:
     """Figures of a simulated signal (N,) against a measured one (N,), same unit.
 
     rms = √mean e²; rrmsse = 100·√(Σe²/Σ(F − mean F)²); fit = 100·(1 − ‖e‖/‖F − mean F‖). eearth is
-    0.2·magnitude + 0.4·phase + 0.4·slope, after Zhan, Fu & Yang (2011), with linear part scores: phase from the shift of
-    greatest correlation, magnitude after a banded dynamic warp of the shifted signals, slope from their derivatives.
+    0.2·magnitude + 0.4·phase + 0.4·slope, after Zhan, Fu & Yang (2011), with linear part scores: phase from the shift
+    of greatest correlation, magnitude after a banded dynamic warp of the shifted signals, slope from their derivatives.
     """
     centred = measured - measured.mean()
     size = float(np.linalg.norm(centred))

@@ -24,7 +24,7 @@ def between_periods(periods: Floats) -> tuple[float, list[float]]:
     sigma : standard deviation, N
     tones : frequencies in cycles per sample of lines that are no noise and not of the period (mains hum)
     """
-    count, n = periods.shape
+    count = periods.shape[0]
     rest = periods - periods.mean(axis=1, keepdims=True)
     rest = (rest - rest.mean(axis=0)).ravel()
     power = np.abs(np.fft.rfft(rest)) ** 2

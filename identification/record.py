@@ -58,8 +58,8 @@ class Record:
 def compact(record: Record, foreign: Floats | None = None) -> Record:
     """The mean settled period of a periodic record, for a search that looks at what repeats; other records as they are.
 
-    Time and temperature become their means over the periods, so that a drift still has its exact share. `foreign`, (N,),
-    N, is taken from the force first (mains hum, which the mean would only blur).
+    Time and temperature become their means over the periods, so that a drift still has its exact share. `foreign`
+    (N,), N, is taken from the force first (mains hum, which the mean would only blur).
     """
     force = record.force if foreign is None else record.force - foreign
     if not record.period:
@@ -157,7 +157,8 @@ def _periodic(run: Run, name: str) -> Record:
     force = _periods(run, "force")
     drop = _settling_periods(force)
     motion, kinematics = _periodic_motion(run, drop)
-    settled, period, tones = force[drop:], run.period_samples, []
+    settled, period = force[drop:], run.period_samples
+    tones: list[float] = []
     if settled.shape[0] >= 2:
         sigma, tones = between_periods(settled)
         route = f"{settled.shape[0]} periods of {period} samples averaged, noise from their differences"

@@ -90,7 +90,8 @@ _GUESSES: Final[Mapping[str, Guesses]] = {
 
 Limits = Callable[[Scales], Mapping[str, tuple[float, float]]]
 
-# A curve steeper than the slow speeds is friction. A shape outside of what the data span can't be seen in them: there the element is another one, or none.
+# A shape outside of what the data span can't be seen in them: there the element is another one, or none. A curve
+# steeper than the slow speeds is friction.
 _LIMITS: Final[Mapping[str, Limits]] = {
     "arctan_damping": lambda s: {"S": (0.2 / s.v_rms, 3.0 / s.speeds[0])},
     "tanh_hysteresis": lambda s: {"beta": (0.2 / s.v_rms, 3.0 / s.speeds[0])},
@@ -116,7 +117,7 @@ _HELD: Final[Mapping[str, tuple[str, ...]]] = {"bouc_wen": ("A",)}  # alpha and 
 
 def guesses(name: str, scales: Scales) -> list[Element]:
     """Elements of one name with first values worth trying, each shape limited to what the data span."""
-    limits = _LIMITS.get(name, lambda s: {})(scales)
+    limits = _LIMITS[name](scales) if name in _LIMITS else {}
     return [_limited(element(name, values, _HELD.get(name, ())), limits) for values in _GUESSES[name](scales)]
 
 
@@ -138,8 +139,8 @@ def unlimited(e: Element) -> Element:
 def admissible(model: Model, records: Sequence[Record], scales: Scales) -> list[str]:
     """Names that might be added to `model` and that these records could show at all.
 
-    Left out: what the model has, what acts on a current or a temperature that does not vary, and an offset beside a free
-    F2, which is the same thing. Mains hum has a search of its own, in the time between the lines.
+    Left out: what the model has, what acts on a current or a temperature that does not vary, and an offset beside
+    a free F2, which is the same thing. Mains hum has a search of its own, in the time between the lines.
     """
     names = []
     current = any(r.has_current for r in records) and scales.current_high > scales.current_low

@@ -31,8 +31,10 @@ def ladder(e: Explanation) -> go.Figure:
     for gaps, label, colour in ((e.train, "training runs", "#9ab7bd"), (e.held_out, "held-out runs", FINAL)):
         values = [gaps.as_given, gaps.base_refitted, gaps.final]
         figure.add_bar(x=steps, y=values, name=label, marker_color=colour, text=[f"{v:.3g} N" for v in values])
+    # On a logarithmic axis a line's height is given as its logarithm.
+    height = float(np.log10(e.held_out.noise_floor)) if _wide(e) else e.held_out.noise_floor
     figure.add_hline(
-        y=e.held_out.noise_floor, line_dash="dash", line_color=NOISE,
+        y=height, line_dash="dash", line_color=NOISE,
         annotation_text=f"noise floor {e.held_out.noise_floor:.3g} N", annotation_position="top right",
     )  # fmt: skip
     figure.update_yaxes(title="rms of measured − simulated, N", type="log" if _wide(e) else "linear")
@@ -84,7 +86,7 @@ def spectrum(traces: Sequence[Traces]) -> go.Figure:
         frequency, density = _density(r.measured - force, r.dt)
         figure.add_scatter(x=frequency, y=density, name=name, line={"color": colour, "width": 1.2})
     floor = r.sigma * np.sqrt(2.0 * r.dt)
-    figure.add_hline(y=floor, line_dash="dash", line_color=NOISE, annotation_text="noise floor")
+    figure.add_hline(y=float(np.log10(floor)), line_dash="dash", line_color=NOISE, annotation_text="noise floor")
     figure.update_xaxes(title="frequency, Hz", type="log")
     figure.update_yaxes(title="residual, N/√Hz", type="log")
     figure.update_layout(title=f"What is left, by frequency: {r.name}", height=380, **_LAYOUT)
@@ -134,7 +136,7 @@ def map_of_gap(e: Explanation) -> go.Figure:
     x = np.concatenate([t.record.motion.x[t.record.window] for t in chosen]) * 1e3
     v = np.concatenate([t.record.motion.v[t.record.window] for t in chosen])
     rest = np.concatenate([t.record.measured - t.refitted for t in chosen])
-    edges = [np.linspace(*np.quantile(a, (0.001, 0.999)), 41) for a in (x, v)]
+    edges = [np.linspace(float(np.quantile(a, 0.001)), float(np.quantile(a, 0.999)), 41) for a in (x, v)]
     total, _, _ = np.histogram2d(x, v, edges, weights=rest)
     count, _, _ = np.histogram2d(x, v, edges)
     mean = np.where(count > 3, total / np.maximum(count, 1.0), np.nan)

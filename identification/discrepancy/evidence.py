@@ -111,7 +111,7 @@ def _decisive(moves: Sequence[Move], name: str) -> Move:
 
 
 def _rival_weights(move: Move, name: str) -> dict[str, float]:
-    """Odds of each rival against the chosen name: worse fits fade by the tolerance of form, finer forms by parsimony."""
+    """Odds of each rival against the chosen: worse fits fade by the tolerance of form, finer forms by parsimony."""
     chosen = next(t for t in move.rivals if t.name == name)
     allowed = tolerance(chosen) + 10.0
     weights = {}

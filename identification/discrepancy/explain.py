@@ -141,7 +141,7 @@ def _conclude(
     if verdict == Verdict.NO_DISCREPANCY:
         effects, regions = (), []
     say("designing the next test", 0.95)
-    unsure = bool(effects) and min(e.confidence for e in effects) < _AMBIGUOUS or verdict == Verdict.UNKNOWN_EFFECT
+    unsure = verdict == Verdict.UNKNOWN_EFFECT or any(e.confidence < _AMBIGUOUS for e in effects)
     next_test = propose(found, quiet) if unsure else NextTest()
     return Explanation(
         verdict=verdict,

@@ -14,7 +14,7 @@ from identification.discrepancy.scales import scales_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records, predict
-from identification.physical.model import Element, Model
+from identification.physical.model import Element, Model, Parameter
 from identification.record import Record
 
 Floats = NDArray[np.float64]
@@ -191,8 +191,8 @@ def _refined(fit: Fit, name: str, records: Sequence[Record]) -> Fit:
         return fit
     slow = scales_of(records, fit.rms).speeds[0]
     # At zero its gradient vanishes: a step that lands there would stay.
-    free = {"value": 0.1 * slow, "fixed": False, "low": 1e-3 * slow, "high": 2.0 * slow}
-    parameters = tuple(replace(p, **free) if k in finer else p for k, p in enumerate(own.parameters))
+    free = Parameter(value=0.1 * slow, low=1e-3 * slow, high=2.0 * slow)
+    parameters = tuple(free if k in finer else p for k, p in enumerate(own.parameters))
     elements = list(fit.model.elements)
     elements[index] = Element(name, parameters)
     try:
@@ -203,7 +203,7 @@ def _refined(fit: Fit, name: str, records: Sequence[Record]) -> Fit:
 
 
 def _starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:
-    """Where to fit from: the refitted base bent itself to hide the gap, the base as given did not, so both are tried."""
+    """Where to fit from: the refitted base has bent to hide the gap, the base as given has not; both are tried."""
     first, others = starts[0], [s for s in starts[1:] if s[0] > 0.5 * starts[0][0]]
     second = others[0] if others else first
     return [
@@ -218,7 +218,7 @@ def _last(model: Model, name: str) -> int:
 
 
 def choose(found: Sequence[Trial]) -> Trial | None:
-    """The simplest of those that explain the data as well as a canonical form can be expected to; None if none can be."""
+    """The simplest of those that explain the data as well as a canonical form can be expected to, if any."""
     physical = [t for t in found if not on_bound(t) and not contradicts_itself(t)]
     if not physical:
         return None

@@ -26,8 +26,8 @@ Floats = NDArray[np.float64]
 def propose(found: Search, records: Sequence[Record]) -> NextTest:
     """The design, within the motion that the rig has shown, that splits the best two explanations.
 
-    Its worth is ‖(I − QQᵀ)(F_a − F_b)‖ over the data there are and the new run, whitened: the difference that no refit of
-    the rival could absorb (T-optimality, Atkinson & Fedorov, 1975).
+    Its worth is ‖(I − QQᵀ)(F_a − F_b)‖ over the data there are and the new run, whitened: the difference that no refit
+    of the rival could absorb (T-optimality, Atkinson & Fedorov, 1975).
     """
     rivals = _rivals(found)
     if len(rivals) < 2:
@@ -44,7 +44,7 @@ def propose(found: Search, records: Sequence[Record]) -> NextTest:
     value, config = max(worth, key=lambda pair: pair[0])
     titles = f"{CATALOGUE[best.name].title} from {CATALOGUE[rival.name].title}"
     return NextTest(
-        text=f"{_words(config)} tells {titles} best: they differ there by {value:.2g} times the noise, whatever is refitted",
+        text=f"{_words(config)} tells {titles} best: there they differ by {value:.2g} × the noise after any refit",
         design=config,
     )
 

@@ -30,7 +30,8 @@ _VERDICTS = {
 
 _STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;color:#1b1b1b;max-width:1080px;margin:2rem auto;padding:0 1.2rem}
-h1{font-size:1.6rem;margin:0}h2{font-size:1.15rem;margin:2.2rem 0 .6rem;border-bottom:1px solid #ddd;padding-bottom:.2rem}
+h1{font-size:1.6rem;margin:0}
+h2{font-size:1.15rem;margin:2.2rem 0 .6rem;border-bottom:1px solid #ddd;padding-bottom:.2rem}
 .verdict{border-left:8px solid #00798c;background:#f2f7f8;padding:1rem 1.2rem;margin:1rem 0}
 .verdict.unknown_effect{border-color:#d1495b;background:#fbf3f4}.verdict.partly_explained{border-color:#e0a800;background:#fdf9ec}
 .verdict b{font-size:1.25rem}.effect{margin:.4rem 0}table{border-collapse:collapse;width:100%;font-size:14px}

@@ -22,7 +22,7 @@ _VISIBLE = 1e-3  # a signature of which less than this share is its own can't be
 
 @dataclass(frozen=True, slots=True)
 class Tangent:
-    """Present model on all records, whitened: residual (M,) and an orthonormal basis (M, K) of what a refit can absorb."""
+    """Present model on all records, whitened: residual (M,) and an orthonormal basis (M, K) of what a refit absorbs."""
 
     residual: Floats
     basis: Floats

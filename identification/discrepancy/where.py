@@ -76,7 +76,7 @@ def _since_step(i: Floats, dt: float) -> Floats | None:
         return None
     index = np.arange(i.size)
     last = np.where(np.concatenate([[False], jumps]), index, 0)
-    return (index - np.maximum.accumulate(last)) * dt
+    return np.asarray((index - np.maximum.accumulate(last)) * dt, dtype=np.float64)
 
 
 def locate(residuals: Sequence[Floats], records: Sequence[Record]) -> tuple[list[Region], list[Profile]]:

@@ -106,7 +106,7 @@ def evaluate(model: Model, records: Sequence[Record], free: NDArray[np.bool_]) -
 
 
 def free_parameters(model: Model, records: Sequence[Record]) -> NDArray[np.bool_]:
-    """Which parameters these records can move, (P,): not the fixed ones, not those of a signal that none of them has."""
+    """Which parameters these records can move, (P,): not the fixed, not those of a signal that none of them has."""
     current = any(r.has_current for r in records)
     free = model.free()
     for k, (e, index) in enumerate(model.slots()):
@@ -234,7 +234,7 @@ def _result(
 
 
 def _inverse(gram: Floats) -> Floats:
-    """Inverse of a Gram matrix in its own scaling; directions that the data don't see get a huge variance, not a nan."""
+    """Inverse of a Gram matrix in its own scaling; what the data don't see gets a huge variance, not a nan."""
     scale = np.sqrt(np.where(np.diag(gram) > 0.0, np.diag(gram), 1.0))
     values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
     inverse = (vectors / np.maximum(values, 1e-12)) @ vectors.T

@@ -35,7 +35,7 @@ def _lag(u: Floats, du: Floats, own: Floats, tau: float, dt: float, period: int)
 
 
 @njit(cache=True)
-def _lag_loop(i, step, du, own, tau, dt):
+def _lag_loop(i: Floats, step: NDArray[np.bool_], du: Floats, own: Floats, tau: float, dt: float) -> Floats:
     """du/dt = (i − u)/tau, exact for a current that is linear between samples, or held where it steps."""
     y = dt / tau
     e = np.exp(-y)
@@ -80,7 +80,7 @@ def _hysteresis(u: Floats, du: Floats, own: Floats, width: float, dt: float, per
 
 
 @njit(cache=True)
-def _play_loop(i, du, own, width):
+def _play_loop(i: Floats, du: Floats, own: Floats, width: float) -> Floats:
     """Play operator: u stays until i has moved half the width away from it."""
     half = 0.5 * width
     u = np.empty_like(i)

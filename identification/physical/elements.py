@@ -1,7 +1,7 @@
 """The catalogue: every element a model may hold, in one table.
 
-Each row says the path, the parameters with their units and physical bounds, the code under which the compiled kernels know
-the element, and the words in which people read of it. Equations stand beside the kernels that compute them.
+Each row says the path, the parameters with their units and physical bounds, the code under which the compiled kernels
+know the element, and the words in which people read of it. Equations stand beside the kernels that compute them.
 """
 
 from __future__ import annotations
@@ -83,8 +83,16 @@ class ElementSpec:
         return [p.name for p in self.parameters].index(parameter)
 
 
-def _p(name: str, unit: str, low: float = 0.0, **more: float) -> ParameterSpec:
-    return ParameterSpec(name, unit, low, **more)
+def _p(
+    name: str,
+    unit: str,
+    low: float = 0.0,
+    *,
+    high: float = math.inf,
+    constant: float | None = None,
+    default: float | None = None,
+) -> ParameterSpec:
+    return ParameterSpec(name, unit, low, high, constant, default)
 
 
 _TINY = 1e-12  # "> 0" in floating point: knees, lengths and slopes that divide

@@ -6,14 +6,19 @@ stiffness k, damping c and gap the unknown is its extension e = x − z, and eac
     f_core(x − e, v − de/dt) = φ(e, de/dt)
 
 by the two-stage L-stable SDIRK2 of Alexander (1977), γ = 1 − 1/√2. Only the small extension is discretised, never the
-motion itself, so that a stiff mount costs no accuracy. Dry friction is solved as the inclusion it is: first the question
-whether the joint sticks, then a smooth monotone equation on the side on which it slips.
+motion itself, so that a stiff mount costs no accuracy. Dry friction is solved as the inclusion it is: first the
+question whether the joint sticks, then a smooth monotone equation on the side on which it slips.
 
 Every partial derivative stands beside its equation; sensitivities follow from the implicit function theorem on the
 discrete equations, so they are the gradient of what is computed rather than of what was meant.
 """
 
+# Numba infers the types of these functions from their calls; annotations would not be read.
+# mypy: allow-untyped-defs, allow-untyped-calls, allow-untyped-decorators
+
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -45,11 +50,12 @@ _GAMMA = 1.0 - 1.0 / np.sqrt(2.0)
 
 # Nothing in here allocates, so arrays need no reference counting; counted at every call of every element they cost more
 # than the equations (measured: 90 ns a sample against 8).
-_compiled = njit(cache=True, error_model="numpy", _nrt=False, nogil=True)
-_inline = njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+_OPTIONS: Any = {"cache": True, "error_model": "numpy", "nogil": True, "_nrt": False}  # Any: _nrt has no public type
+_compiled = njit(**_OPTIONS)
+_inline = njit(forceinline=True, **_OPTIONS)
 
 
-def workspace(elements, parameters, columns):
+def workspace(elements: int, parameters: int, columns: int) -> tuple[Any, ...]:  # Any: a nest of arrays, opaque outside
     """Arrays that one run of `direct` or `mounted` works in, all zero."""
     return (
         np.zeros(elements),  # memories
@@ -109,14 +115,14 @@ def _modifiers(codes, offsets, p, z, temperature, memory, diss, dp, dm):
             dm[k] = e / p[o] / m
     for k in range(codes.size):
         code, o = codes[k], offsets[k]
-        if code == _POSITION or code == _REVERSAL:
+        if code in (_POSITION, _REVERSAL):
             dp[o] *= diss * factor
         elif code == _FADE:
             dp[o] *= diss * factor
             dp[o + 1] *= diss * factor
         if code == _REVERSAL:
             dm[k] *= diss * factor
-        elif code == _BOUC_WEN or code == _PRESLIDING:
+        elif code in (_BOUC_WEN, _PRESLIDING):
             dm[k] *= factor
         if code <= _PRESLIDING:
             end = offsets[k + 1]
@@ -128,7 +134,7 @@ def _modifiers(codes, offsets, p, z, temperature, memory, diss, dp, dm):
 
 @_inline
 def _sliding(w, s, w_r):
-    """Direction of sliding and its slopes by w and by w_r: the sign `s`, or smooth where friction builds up over w_r."""
+    """Direction of sliding and its slopes by w and w_r: the sign `s`, or smooth where friction builds up over w_r."""
     y, y_w, y_r = s, 0.0, 0.0
     if w_r > 0.0:
         root = np.sqrt(w * w + w_r * w_r)
@@ -142,8 +148,9 @@ def _sliding(w, s, w_r):
 def core_force(codes, offsets, p, z, w, s, u, temperature, memory, dp, dm, modified):
     """Force of the parallel elements and its partial derivatives.
 
-    `s` is the sign of sliding, given apart from `w` so that a stick can be asked for; `modified` says whether any element
-    is a modifier. Fills `dp` (by parameter) and `dm` (by memory slot). Returns f, ∂f/∂z, ∂f/∂w, ∂f/∂u and the height of the dry-friction step at w = 0.
+    `s` is the sign of sliding, given apart from `w` so that a stick can be asked for; `modified` says whether any
+    element is a modifier. Fills `dp` (by parameter) and `dm` (by memory slot). Returns f, ∂f/∂z, ∂f/∂w, ∂f/∂u and the
+    height of the dry-friction step at w = 0.
     """
     diss, diss_z, diss_w, diss_u, jump = 0.0, 0.0, 0.0, 0.0, 0.0
     other, other_z = 0.0, 0.0
@@ -302,7 +309,8 @@ def _bouc_wen(p, o, h, travel, s, out):
     """Internal displacement after a monotone leg; `out` gets ∂/∂h, ∂/∂z and the partials by A, n, beta, gamma.
 
     dh/dt = A w − gamma |w| h |h|^(n−1) − beta w |h|^n does not depend on time but on travel: along it
-    dh/dζ = s A − gamma h |h|^(n−1) − s beta |h|^n. Exponential Rosenbrock–Euler: exact for n = 1, stable for any travel.
+    dh/dζ = s A − gamma h |h|^(n−1) − s beta |h|^n. Exponential Rosenbrock–Euler, exact for n = 1 and
+    stable for any travel.
     """
     a, n, beta, gamma = p[o + 1], p[o + 2], p[o + 3], p[o + 4]
     scale = (a / max(abs(beta + gamma), 1e-300)) ** (1.0 / n)
@@ -317,10 +325,7 @@ def _bouc_wen(p, o, h, travel, s, out):
         g = s * a - gamma * h * m - s * beta * abs(h) * m
         j = -n * m * (gamma + s * sgn * beta)
         y = j * d
-        if abs(y) < 1e-5:
-            phi = 1.0 + 0.5 * y
-        else:
-            phi = np.expm1(min(y, 50.0)) / y
+        phi = 1.0 + 0.5 * y if abs(y) < 1e-5 else np.expm1(min(y, 50.0)) / y
         e = np.exp(min(y, 50.0))
         step = d * phi
         gn = -(gamma * h * m + s * beta * abs(h) * m) * log
@@ -353,12 +358,7 @@ def _presliding(p, o, f, travel, s, out):
 
 @_compiled
 def _leg(code, p, o, m, travel, s, out):
-    new = 0.0
-    if code == _BOUC_WEN:
-        new = _bouc_wen(p, o, m, travel, s, out)
-    else:
-        new = _presliding(p, o, m, travel, s, out)
-    return new
+    return _bouc_wen(p, o, m, travel, s, out) if code == _BOUC_WEN else _presliding(p, o, m, travel, s, out)
 
 
 @_compiled
@@ -400,14 +400,14 @@ def _advance(code, p, o, m, z_old, z, w_old, w, h, out, tmp):
 
 @_inline
 def _is_memory(code):
-    return code == _BOUC_WEN or code == _PRESLIDING or code == _REVERSAL
+    return code in (_BOUC_WEN, _PRESLIDING, _REVERSAL)
 
 
 @_compiled
 def _has_modifier(codes):
     found = False
     for code in codes:
-        found = found or code == _POSITION or code == _FADE or code == _REVERSAL
+        found = found or code in (_POSITION, _FADE, _REVERSAL)
     return found
 
 
@@ -707,11 +707,11 @@ def mounted(
     substeps : steps to a sample; `fine` of them where a contact opens or closes or a memory meets a reversal.
     Returns the number of steps whose equation did not converge.
     """
-    n_el, n_col = codes.size, jac.shape[1]
+    n_col = jac.shape[1]
     wanted = jac.shape[0] > 0
     has_jump, remembers = False, False
     for code in codes:
-        has_jump = has_jump or code == _COULOMB or code == _STRIBECK
+        has_jump = has_jump or code in (_COULOMB, _STRIBECK)
         remembers = remembers or _is_memory(code)
     program = (codes, offsets, p, column, _has_modifier(codes), remembers, has_jump)
     motion = (x, v, u, temperature, dt)

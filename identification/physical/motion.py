@@ -70,11 +70,12 @@ def _hermite(y: Floats, dy: Floats, tau: float, dt: float) -> Floats:
     left = np.minimum(position.astype(np.int64), n - 2)
     q = position - left
     q2, q3 = q * q, q * q * q
-    return (
+    out: Floats = (
         (2 * q3 - 3 * q2 + 1) * y[left]
         + (3 * q2 - 2 * q3) * y[left + 1]
         + dt * ((q3 - 2 * q2 + q) * dy[left] + (q3 - q2) * dy[left + 1])
     )
+    return out
 
 
 def is_step(i: Floats) -> NDArray[np.bool_]:

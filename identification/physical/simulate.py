@@ -59,14 +59,14 @@ def simulate(model: Model, motion: Motion, *, gradient: bool = False, substeps: 
     if not np.all(np.isfinite(force)):
         bad = int(np.argmin(np.isfinite(force)))
         raise SimulationError(
-            f"'{model.name}' gives {force[bad]} at sample {bad} (x = {motion.x[bad]:.4g} m, v = {motion.v[bad]:.4g} m/s): "
-            "check its parameters against the range of the run"
+            f"'{model.name}' gives {force[bad]} at sample {bad} (x = {motion.x[bad]:.4g} m, "
+            f"v = {motion.v[bad]:.4g} m/s): check its parameters against the range of the run"
         )
     return Response(force, grad, response.failures)
 
 
 def _steady_damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Response:
-    """Response of mount and core; a periodic motion is simulated until it settles, the rest is its last period again."""
+    """Response of mount and core; a periodic motion is simulated until it settles, then its last period repeats."""
     samples = (motion.settle + 1) * motion.period
     drifts = model.has("temperature_fade") and np.ptp(motion.temperature) > _SAME_TEMPERATURE_K
     if motion.settle == 0 or samples >= motion.x.size or drifts:
