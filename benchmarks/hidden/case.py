@@ -8,7 +8,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from benchmarks.hidden.effects import EFFECTS, compatible, fits
-from benchmarks.hidden.evidence import MOST_MISMATCH, Evidence, ambiguous, evidence_of, honest, nearest_name
+from benchmarks.hidden.evidence import (
+    MOST_MISMATCH,
+    Evidence,
+    ambiguous,
+    evidence_of,
+    honest,
+    mismatch_of,
+    nearest_name,
+)
 from benchmarks.hidden.families import FAMILIES, Machine, model_as_given
 from benchmarks.hidden.layout import Elements
 from benchmarks.hidden.motion import Row
@@ -163,23 +171,29 @@ def _unknown(rng: np.random.Generator, scene: Scene, name: str) -> Secret | None
 
 
 def _catalogued(rng: np.random.Generator, scene: Scene, wanted: tuple[str, ...]) -> Secret | None:
-    """The wanted effects; where their departures are too much for a right name to close the gap, they are halved."""
+    """The wanted effects, each of its own size, together on one machine."""
     effects: list[Sized] = []
     for name in sorted(wanted):
         sized = sized_on(rng, scene, EFFECTS[name](rng, scene.machine))
         if sized is None:
             return None
         effects.append(sized)
+    effects = _tamed(scene, effects)
     gains = _level(scene)
-    for _ in range(3):
-        real = with_effects(scene.real_base, effects, textbook=False)
-        evidence = evidence_of(scene, real, effects, gains[: len(scene.training)])
-        if evidence.mismatch <= MOST_MISMATCH * min(evidence.each) or min(evidence.each) < LEAST_EXCESS:
-            break
-        effects = [(replace(effect, departure=0.5 * effect.departure), multiple) for effect, multiple in effects]
+    real = with_effects(scene.real_base, effects, textbook=False)
+    evidence = evidence_of(scene, real, effects, gains[: len(scene.training)])
     if not honest(evidence) or ambiguous(scene, effects, evidence):
         return None
     return Secret(real=real, effects=effects, gains=gains, evidence=evidence)
+
+
+def _tamed(scene: Scene, effects: list[Sized]) -> list[Sized]:
+    """The effects, their departures halved where they are too much for the right names to close the gap."""
+    for _ in range(2):
+        if mismatch_of(scene, effects) <= MOST_MISMATCH * np.sqrt(len(effects)) * 1.2 * LEAST_EXCESS:
+            break
+        effects = [(replace(effect, departure=0.5 * effect.departure), multiple) for effect, multiple in effects]
+    return effects
 
 
 def _measured(rng: np.random.Generator, seed: int, kind: str, scene: Scene, secret: Secret) -> Case:
@@ -192,7 +206,7 @@ def _measured(rng: np.random.Generator, seed: int, kind: str, scene: Scene, secr
     trained = len(scene.training)
     noise = scene.noise_share * rms(np.concatenate(truth[:trained]))
     given = model_as_given(rng, scene.machine)
-    records = _records(rng, f"{kind}-{seed}", scene, runs, truth, noise)
+    records = _records(rng, f"specimen-{seed}", scene, runs, truth, noise)
     family: dict[str, object] = {
         "family": scene.machine.family,
         "elements": {e: dict(v) for e, v in secret.real.items()},

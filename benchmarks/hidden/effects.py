@@ -175,7 +175,7 @@ def cubic(rng: np.random.Generator, machine: Machine) -> Effect:
 
 def gas_spring(rng: np.random.Generator, machine: Machine) -> Effect:
     force, _, stroke = _sizes(machine)
-    values = {"f0": 0.1 * force, "length": stroke * rng.uniform(1.8, 3.5), "n": rng.uniform(1.05, 1.4)}
+    values = {"f0": 0.1 * force, "length": stroke * rng.uniform(1.5, 2.5), "n": rng.uniform(1.05, 1.4)}
     return Effect(
         element="gas_spring", values=values, departure=rng.uniform(0.2, 0.5), grows=("f0",), shape=("length",)
     )
