@@ -6,6 +6,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from types import TracebackType
 
@@ -27,6 +28,7 @@ from rigctl.runfile import (
 PART_SUFFIX = ".part"
 BLOCK_SAMPLES = 500
 FLUSH_INTERVAL_S = 0.2
+SYNC_S = 30.0
 
 
 def part_path(path: Path) -> Path:
@@ -79,6 +81,8 @@ class RunWriter:
         self._channels = _lay_out(self._file, template)
         self._event_times, self._event_texts = self._file["events/time"], self._file["events/text"]
         self._file.swmr_mode = True
+        self._disk = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fsync")
+        self._sync: Future[None] | None = None
         self._lock = os.open(self.part, os.O_RDONLY)
         lock_part(self._lock, exclusive=False)
         self.flush()
@@ -92,7 +96,7 @@ class RunWriter:
         if self._pending_samples >= BLOCK_SAMPLES:
             self._write_pending()
         if self._clock() - self._last_flush >= self._flush_interval_s:
-            self.flush()
+            self._flush_soon()
 
     def event(self, time_s: float, text: str) -> None:
         """Add a time-stamped text, seconds from sample 0."""
@@ -105,8 +109,29 @@ class RunWriter:
         """Force everything appended so far to the disk."""
         self._write_pending()
         self._file.flush()
+        self._synced()
         os.fsync(self._lock)
         self._last_flush = self._clock()
+
+    def _flush_soon(self) -> None:
+        """Hand everything to the system now, and to the disk without waiting: a slow disk must not stop a stream."""
+        self._write_pending()
+        self._file.flush()
+        if self._sync is None or self._sync.done():
+            self._synced()
+            self._sync = self._disk.submit(os.fsync, self._lock)
+        self._last_flush = self._clock()
+
+    def _synced(self) -> None:
+        """Wait for the disk; a failure there is raised here, not lost."""
+        if self._sync is not None:
+            done, self._sync = self._sync, None
+            try:
+                done.result(SYNC_S)
+            except (OSError, TimeoutError) as error:
+                raise RunFileError(
+                    f"{self.path}: the disk does not take the samples ({error or 'no answer'})"
+                ) from error
 
     def close(self, status: str) -> Path:
         """Close with a true status and give the file its name; a second call changes nothing."""
@@ -122,9 +147,12 @@ class RunWriter:
         return self.path
 
     def _release(self) -> None:
-        self.flush()
-        self._file.close()
-        os.close(self._lock)
+        try:
+            self.flush()
+        finally:
+            self._disk.shutdown(wait=False)
+            self._file.close()
+            os.close(self._lock)
 
     def _write_pending(self) -> None:
         if self._pending_samples:

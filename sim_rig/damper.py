@@ -122,6 +122,7 @@ class Damper(NamedTuple):
 REFERENCE_DEGC: Final = 25.0
 CONTACT: Final = 3e7
 CONTACT_C: Final = 3e3
+TOLERANCE: Final = 1e-3  # N
 
 
 @njit(cache=True, inline="always")
@@ -307,27 +308,57 @@ def _gap(
 
 @njit(cache=True)
 def solve(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], x: float, v: float, u: float, h: float) -> None:
-    """Find the core velocity at which core and mount carry the same force: secants, safe inside a bracket.
+    """Find the core velocity at which core and mount carry the same force: secants, then a bracket where one is found.
 
     The surplus of the core's force over the mount's grows with the velocity. The first slope is that of the last step.
     """
-    low, high = -1e3, 1e3
+    least = 1e-8 * p.scale_m_s
     a = s[W]
     ga = _gap(p, s, n, x, v, a, u, h)
-    b = a - ga / s[SLOPE] if s[SLOPE] > 0.0 else a - math.copysign(1e-4 * p.scale_m_s, ga)
-    for k in range(200):
-        if abs(ga) <= 1e-3 or abs(b - a) <= 1e-13:
-            break
-        low, high = (low, min(high, a)) if ga > 0.0 else (max(low, a), high)
-        if k > 12 or not low < b < high:  # far off, or a kink: halve what is left of a growing reach
-            reach = min(1e-3 * p.scale_m_s * 8.0**k, 1e3)
-            b = max(0.5 * (low + a), a - reach) if ga > 0.0 else min(0.5 * (high + a), a + reach)
+    step = -ga / s[SLOPE] if s[SLOPE] > 0.0 else -math.copysign(1e3 * least, ga)
+    for _ in range(100):
+        if abs(ga) <= TOLERANCE:
+            return
+        if abs(step) < least:  # a slope that is far too steep must not stop the search
+            step = -math.copysign(least, ga)
+        b = a + step
         gb = _gap(p, s, n, x, v, b, u, h)
-        slope = (gb - ga) / (b - a) if b != a else 0.0
+        slope = (gb - ga) / step
         if slope > 0.0:
             n[SLOPE] = slope
+        if ga * gb < 0.0:
+            _narrow(p, s, n, x, v, u, h, a, ga, b, gb)
+            return
+        reach = 20.0 * abs(step)
         a, ga = b, gb
-        b = a - ga / slope if slope > 0.0 else a - math.copysign(1e-3 * p.scale_m_s, ga)
+        step = -math.copysign(min(abs(gb) / slope, reach) if slope > 0.0 else reach, gb)
+
+
+@njit(cache=True)
+def _narrow(
+    p: Damper,
+    s: NDArray[np.float64],
+    n: NDArray[np.float64],
+    x: float,
+    v: float,
+    u: float,
+    h: float,
+    a: float,
+    ga: float,
+    b: float,
+    gb: float,
+) -> None:
+    """Close a bracket: regula falsi in the Illinois form, until the forces agree or the bracket is a jump."""
+    for _ in range(100):
+        if abs(gb) <= TOLERANCE or abs(b - a) <= 1e-12 * p.scale_m_s:
+            return
+        m = b - gb * (b - a) / (gb - ga)
+        gm = _gap(p, s, n, x, v, m, u, h)
+        if gm * gb < 0.0:
+            a, ga = b, gb
+        else:
+            ga *= 0.5
+        b, gb = m, gm
 
 
 @njit(cache=True)

@@ -13,6 +13,7 @@ from sim_rig.fifo import CAPTURE_SAMPLES, FIFO_SAMPLES
 
 POLL_SAMPLES = 100  # what a poll lets a waiting clock advance between runs
 MACHINE = Limits()
+PATIENCE_S = 5.0
 POWERED = (RigState.HOLD, RigState.ACTIVE)
 
 
@@ -121,7 +122,9 @@ class SimulatedRig:
         self.heartbeat = (self.heartbeat + 1) % 0x10000
         controller = self.controller
         silent = self._now() - self._beat_at
-        if controller.state in POWERED and silent > controller.configuration.heartbeat_s:
+        # A clock that waits for the host moves nothing meanwhile: it may be patient with a busy computer.
+        patience = max(controller.configuration.heartbeat_s, PATIENCE_S if self._pace.waits else 0.0)
+        if controller.state in POWERED and silent > patience:
             controller.fail(Fault.HEARTBEAT)
         if not self._pace.waits or controller.state.moving:
             self._go_on()

@@ -166,7 +166,7 @@ def test_from_whichever_call_the_wire_is_dead_the_rig_ends_safe_and_the_file_is_
             play_on(b, test, out, wire=wire)
         except RigError as caught:
             error = caught
-        b.wait(1.0)
+        b.wait(1.0 if speed == 1.0 else 6.0)
         assert b.rig.controller.state in SAFE_STATES, f"not safe after call {nth}"
         assert b.rig.controller.at_rest
         assert_nothing_left_its_limits(b)

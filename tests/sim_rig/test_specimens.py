@@ -59,6 +59,7 @@ def test_every_effect_that_a_specimen_takes_changes_its_force_and_keeps_it_finit
         assert np.all(np.isfinite(force)), name
         change = np.sqrt(np.mean((force - plain) ** 2)) / rms
         assert 0.002 < change < 1.5, f"{name} changes {change:.2%}"
+        assert np.std(force) > 0.3 * rms, f"{name} leaves a force of {np.std(force):.3g} N where there were {rms:.3g} N"
 
 
 def test_a_passive_damper_absorbs_energy() -> None:
