@@ -25,8 +25,7 @@ def between_periods(periods: Floats) -> tuple[float, list[float]]:
     tones : frequencies in cycles per sample of lines that are no noise and not of the period (mains hum)
     """
     count = periods.shape[0]
-    rest = periods - periods.mean(axis=1, keepdims=True)
-    rest = (rest - rest.mean(axis=0)).ravel()
+    rest = _without_slow_change(periods).ravel()
     power = np.abs(np.fft.rfft(rest)) ** 2
     power[0] = 0.0
     comb = np.arange(power.size) % count == 0  # the lines of the period itself: removed with the mean
@@ -39,6 +38,19 @@ def between_periods(periods: Floats) -> tuple[float, list[float]]:
     frequencies = np.arange(power.size) / rest.size
     peaks = [float(frequencies[k]) for k in np.flatnonzero(tone) if power[k] == power[max(k - 2, 0) : k + 3].max()]
     return float(np.sqrt(variance)), peaks
+
+
+def _without_slow_change(periods: Floats) -> Floats:
+    """Differences of each period from the mean one, less an offset, a slope and a gain of its own, (P, N).
+
+    A load cell that drifts and a damper that warms up change from period to period, but they are no noise.
+    """
+    n = periods.shape[1]
+    mean = periods.mean(axis=0)
+    basis = np.linalg.qr(np.column_stack([np.ones(n), np.linspace(-1.0, 1.0, n), mean]))[0]
+    rest = periods - mean
+    out: Floats = rest - (rest @ basis) @ basis.T
+    return out
 
 
 def _running_median(power: Floats) -> Floats:

@@ -187,7 +187,10 @@ def _free(run: Run, name: str) -> Record:
     force, n = run.channels["force"], run.samples
     edge = int(np.clip(run.sample_rate_hz / kinematics.bandwidth_hz, 4, n // 20))
     window = slice(edge, n - edge)
-    sigma = from_cycles(force[window], run.channels["displacement"][window], run.sample_rate_hz)
+    steady = not _varies(run.channels.get("current")) or float(np.ptp(motion.i)) < 0.05 * float(
+        np.max(np.abs(motion.i))
+    )
+    sigma = from_cycles(force[window], run.channels["displacement"][window], run.sample_rate_hz) if steady else None
     how = "what is left beside the harmonics of the motion"
     if sigma is None:
         sigma, how = high_frequency(force[window]), "the upper quarter of the spectrum"

@@ -1,0 +1,135 @@
+"""The naming workflow on specimens whose curves are not those of the catalogue."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identification.discrepancy import Verdict, explain, report_data, write_report
+from identification.errors import DataError
+from identification.fitting import fit
+from identification.measures import score_signals
+from identification.physical.model import Model, element
+from identification.physical.modelfile import read_model
+from identification.record import record_from_run
+from identification.simulation import simulate_run
+from tests.identification.specimens import campaign, run
+
+BASE = Model(
+    name="as simulated today",
+    elements=(
+        element("valve_damping", {"c_soft": 900, "c_firm": 2100, "u_soft": 0.3, "u_firm": 1.6, "w_knee": 0.6}),
+        element("tanh_hysteresis", {"alpha": 50, "alpha_control": 0, "beta": 40, "delta": 0.0}),
+    ),
+)
+
+
+def scaled(model: Model, factor: float) -> Model:
+    values = [v * factor if n.split(".")[1] in ("c_soft", "c_firm", "alpha") else v
+              for n, v in zip(model.names(), model.values(), strict=True)]  # fmt: skip
+    return model.with_values(values)
+
+
+@pytest.mark.parametrize(
+    "effect", ["coulomb_friction", "linear_stiffness", "damping_asymmetry", "moving_mass", "force_delay", "end_stop"]
+)
+def test_a_hidden_effect_is_named_and_the_gap_closes_on_runs_no_fit_has_seen(effect: str) -> None:
+    train, held = campaign(effect, seed=3)
+    found = explain(BASE, train, held)
+    assert [f.element for f in found.effects] == [effect]
+    assert found.held_out.closed is not None
+    assert found.held_out.closed > 0.9
+    assert found.effects[0].confidence > 0.5
+
+
+def test_nothing_hidden_is_no_discrepancy() -> None:
+    found = explain(BASE, *campaign("none", seed=4))
+    assert found.verdict == Verdict.NO_DISCREPANCY
+    assert found.effects == ()
+
+
+def test_an_effect_outside_the_catalogue_gets_no_name() -> None:
+    found = explain(BASE, *campaign("cogging", seed=5))
+    assert found.verdict == Verdict.UNKNOWN_EFFECT
+    assert found.effects == ()
+    assert found.remainder != ""
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1e4])
+def test_the_name_does_not_depend_on_the_scale_of_the_force(scale: float) -> None:
+    train, held = campaign("linear_stiffness", seed=6, scale=scale)
+    found = explain(scaled(BASE, scale), train, held)
+    assert [f.element for f in found.effects] == ["linear_stiffness"]
+
+
+def test_a_fit_meets_the_noise_from_starts_a_third_off() -> None:
+    runs, _ = campaign("none", seed=7)
+    near, far = fit(BASE, runs), fit(scaled(BASE, 1.3), runs)
+    assert far.converged
+    assert [near.rms, far.rms] == pytest.approx([3.0, 3.0], rel=0.05)  # the noise of the specimen
+
+
+def test_the_noise_floor_is_that_of_the_load_cell_even_where_the_force_drifts() -> None:
+    clean = run("none", 0, 8)
+    drift = np.linspace(0.0, 200.0, clean.samples)
+    drifting = replace(clean, channels={**clean.channels, "force": clean.channels["force"] + drift})
+    assert record_from_run(clean).sigma == pytest.approx(3.0, rel=0.05)
+    assert record_from_run(drifting).sigma == pytest.approx(3.0, rel=0.1)
+
+
+class _Page(HTMLParser):
+    """Collects what a page would load from elsewhere."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.outside: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name in ("src", "href") and value and not value.startswith("#"):
+                self.outside.append(value)
+
+
+def test_the_report_is_one_offline_page_and_its_model_reads_back(tmp_path: Path) -> None:
+    train, held = campaign("linear_stiffness", seed=9)
+    found = explain(BASE, train, held)
+    page = write_report(found, tmp_path, reproduce="damper-rig explain model.json")
+    parser = _Page()
+    parser.feed(page.read_text(encoding="utf-8"))
+    assert parser.outside == []
+    assert json.loads((tmp_path / "report.json").read_text()) == json.loads(json.dumps(report_data(found)))
+    model = read_model(tmp_path / "model.json")
+    force = simulate_run(model, held[0])
+    settled = slice(held[0].period_samples, None)
+    rms = score_signals(held[0].channels["force"][settled], force[settled]).rms
+    assert rms < 1.1 * found.held_out.noise_floor
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["model.json", "report.html", "report.json"]
+
+
+def test_runs_that_do_not_belong_together_are_refused_by_name() -> None:
+    one, two = run("none", 0, 1), run("none", 1, 1)
+    with pytest.raises(DataError, match="runs of different specimens are mixed"):
+        explain(BASE, [one, replace(two, specimen="another")])
+    with pytest.raises(DataError, match="is the same run as"):
+        explain(BASE, [one, one])
+    reversed_sign = replace(two, channels={**two.channels, "force": -two.channels["force"]})
+    with pytest.raises(DataError, match="sign of force or displacement is reversed"):
+        explain(BASE, [one, reversed_sign])
+    with pytest.raises(DataError, match="no run was given"):
+        explain(BASE, [])
+    passive = {k: v for k, v in two.channels.items() if k != "current"}
+    with pytest.raises(DataError, match="has no control current, which 'valve_damping'"):
+        explain(BASE, [one, replace(two, channels=passive)])
+
+
+def test_a_simulation_equal_to_the_measurement_scores_full_marks() -> None:
+    force = run("none", 0, 2).channels["force"]
+    figures = score_signals(force, force)
+    assert figures.rms == 0.0
+    assert figures.fit == 100.0
+    assert figures.eearth == pytest.approx(1.0)

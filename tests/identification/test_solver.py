@@ -1,0 +1,172 @@
+"""The solver against what defines it: closed forms, a tight implicit reference, and its own gradient."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from identification.errors import SimulationError
+from identification.physical.elements import CATALOGUE
+from identification.physical.model import Element, Model, element
+from identification.physical.motion import Motion
+from identification.physical.simulate import simulate
+
+DT, N = 1e-3, 2000
+T = np.arange(N) * DT
+
+
+def motion(frequency: float = 2.0, amplitude: float = 0.02) -> Motion:
+    turn = 2 * np.pi * frequency
+    return Motion(
+        dt=DT,
+        x=amplitude * np.sin(turn * T) + 0.2 * amplitude * np.sin(3.1 * turn * T),
+        v=amplitude * turn * np.cos(turn * T) + 0.62 * amplitude * turn * np.cos(3.1 * turn * T),
+        a=-amplitude * turn**2 * np.sin(turn * T) - 0.2 * amplitude * (3.1 * turn) ** 2 * np.sin(3.1 * turn * T),
+        i=0.9 + 0.5 * np.sin(2 * np.pi * 1.3 * T),
+        temperature=25.0 + 5.0 * T,
+        t=T,
+    )
+
+
+BASE = (
+    element("valve_damping", {"c_soft": 800, "c_firm": 4000, "u_soft": 0.2, "u_firm": 1.7, "w_knee": 0.4}),
+    element("tanh_hysteresis", {"alpha": 80, "alpha_control": 10, "beta": 30, "delta": 0.0}),
+)
+MOUNT = element("series_compliance", {"k": 1.2e6, "c": 300})
+EXTRA = (
+    element("viscous_damping", {"c": 100, "c_control": 50}),
+    element("arctan_damping", {"F1": 300, "S": 30, "d": 100, "F2": 3}),
+    element("quadratic_damping", {"q": 300}),
+    element("damping_asymmetry", {"c_a": 100}),
+    element("coulomb_friction", {"f_c": 60}),
+    element("stribeck_friction", {"f_c": 50, "f_s": 90, "w_s": 0.05}),
+    element("linear_stiffness", {"k": 4000}),
+    element("cubic_stiffness", {"k3": 1e6}),
+    element("gas_spring", {"f0": 200, "length": 0.12, "n": 1.3}),
+    element("position_dependent_damping", {"p": 200}),
+    element("temperature_fade", {"kappa": 0.01}),
+    element("control_lag", {"tau": 0.012}),
+    element("control_saturation", {"i_s": 1.0}),
+    element("force_offset", {"F0": 7}),
+    element("moving_mass", {"m": 2}),
+    element("force_drift", {"rate": 3}),
+)
+
+
+def gradient_error(model: Model, inputs: Motion) -> float:
+    """Largest median deviation of the gradient from central differences, relative to each column's size."""
+    gradient = simulate(model, inputs, gradient=True).gradient
+    assert gradient is not None
+    values, worst = model.values(), 0.0
+    for k in np.flatnonzero(model.free()):
+        step = 1e-5 * max(abs(values[k]), 1e-3)
+        up, down = values.copy(), values.copy()
+        up[k] += step
+        down[k] -= step
+        if down[k] < model.bounds()[0][k]:
+            continue
+        forces = [simulate(model.with_values(v), inputs).force for v in (up, down)]
+        column = (forces[0] - forces[1]) / (2 * step)
+        size = float(np.sqrt(np.mean(column**2)))
+        if size > 0.0:
+            worst = max(worst, float(np.median(np.abs(column - gradient[:, k]))) / size)
+    return worst
+
+
+@pytest.mark.parametrize("mounted", [False, True], ids=["rigid", "mounted"])
+@pytest.mark.parametrize("extra", EXTRA, ids=lambda e: e.name)
+def test_the_gradient_is_that_of_the_force(extra: Element, mounted: bool) -> None:
+    elements = (*BASE, extra, MOUNT) if mounted else (*BASE, extra)
+    assert gradient_error(Model(name="m", elements=elements), motion()) < 1e-5
+
+
+def test_a_stiff_maxwell_element_meets_a_tight_implicit_reference() -> None:
+    f1, s, d, k = 8000.0, 60.0, 9000.0, 6.15e6
+    inputs = motion(0.5, 0.01)
+    turn = 2 * np.pi * 0.5
+
+    def exact(t: float) -> float:
+        return 0.01 * np.sin(turn * t) + 0.002 * np.sin(3.1 * turn * t)
+
+    def rate(t: float, z: np.ndarray) -> list[float]:
+        force = k * (exact(t) - z[0])
+        low, high = -2.0, 2.0
+        for _ in range(80):
+            w = 0.5 * (low + high)
+            low, high = (w, high) if f1 * 2 / np.pi * np.arctan(s * w) + d * w < force else (low, w)
+        return [0.5 * (low + high)]
+
+    reference = solve_ivp(rate, (0.0, 0.4), [0.0], method="Radau", rtol=1e-9, atol=1e-13, t_eval=T[:400])
+    expected = k * (np.array([exact(t) for t in T[:400]]) - reference.y[0])
+    model = Model(
+        name="maxwell",
+        elements=(
+            element("arctan_damping", {"F1": f1, "S": s, "d": d}),
+            element("series_compliance", {"k": k, "c": 0.0}),
+        ),
+    )
+    force = simulate(model, inputs).force[:400]
+    late = slice(60, 400)
+    assert np.linalg.norm(force[late] - expected[late]) / np.linalg.norm(expected[late]) < 1e-5
+
+
+def test_halving_the_step_of_a_mounted_model_quarters_its_error() -> None:
+    model = Model(name="m", elements=(*BASE, MOUNT))
+    finest = simulate(model, motion(8.0), substeps=64).force[200:]
+    errors = [np.linalg.norm(simulate(model, motion(8.0), substeps=n).force[200:] - finest) for n in (2, 4, 8)]
+    assert errors[0] / errors[1] > 3.0
+    assert errors[1] / errors[2] > 3.0
+
+
+def test_a_core_in_dry_friction_sticks_until_the_spring_pulls_harder() -> None:
+    model = Model(
+        name="jenkins",
+        elements=(element("coulomb_friction", {"f_c": 500}), element("series_compliance", {"k": 1e6, "c": 0.0})),
+    )
+    inputs = motion(1.0, 0.001)
+    force = simulate(model, inputs).force
+    assert np.max(np.abs(force)) <= 500.0 * (1 + 1e-9)
+    first = np.flatnonzero(np.abs(force) > 499.9)[0]
+    assert force[1:first] == pytest.approx(1e6 * inputs.x[1:first], rel=1e-6)
+
+
+@given(st.floats(0.0, 0.01))
+@settings(max_examples=20, deadline=None)
+def test_a_delayed_force_is_the_force_of_the_past(tau: float) -> None:
+    n = 1000
+    turn = 2 * np.pi * 5 * np.arange(n) / n
+    x = 0.01 * np.sin(turn)
+    rate = 2 * np.pi * 5 / (n * DT)
+    inputs = Motion(
+        dt=DT, x=x, v=0.01 * rate * np.cos(turn), a=-0.01 * rate**2 * np.sin(turn), i=np.zeros(n),
+        temperature=np.full(n, 25.0), t=np.arange(n) * DT, period=n,
+    )  # fmt: skip
+    model = Model(name="m", elements=(element("viscous_damping", {"c": 1000.0}), element("force_delay", {"tau": tau})))
+    assert simulate(model, inputs).force == pytest.approx(1000 * 0.01 * rate * np.cos(turn - rate * tau), abs=1e-6)
+
+
+def test_a_periodic_motion_answers_as_if_it_were_simulated_whole() -> None:
+    inputs = replace(motion(2.0), period=500)
+    one = inputs.x[:500]
+    index = np.arange(N) % 500
+    inputs = replace(inputs, x=one[index], v=inputs.v[index], a=inputs.a[index], i=inputs.i[index])
+    model = Model(name="m", elements=BASE)
+    whole, settled = simulate(model, inputs).force, simulate(model, replace(inputs, settle=1)).force
+    assert settled == pytest.approx(whole, rel=1e-12)
+
+
+def test_a_model_that_runs_away_is_named_with_the_first_bad_sample() -> None:
+    inputs = motion()
+    bad = replace(inputs, x=np.where(T > 1.0, np.inf, inputs.x))
+    model = Model(name="spring", elements=(element("linear_stiffness", {"k": 1e3}),))
+    with pytest.raises(SimulationError, match="'spring' gives inf at sample 1001"):
+        simulate(model, bad)
+
+
+def test_every_element_of_the_catalogue_has_a_unit_for_every_parameter() -> None:
+    assert all(p.unit for spec in CATALOGUE.values() for p in spec.parameters)
