@@ -132,7 +132,7 @@ def test_a_core_in_dry_friction_sticks_until_the_spring_pulls_harder() -> None:
     force = simulate(model, inputs).force
     assert np.max(np.abs(force)) <= 500.0 * (1 + 1e-9)
     first = np.flatnonzero(np.abs(force) > 499.9)[0]
-    assert force[1:first] == pytest.approx(1e6 * inputs.x[1:first], rel=1e-6)
+    assert force[1:first] == pytest.approx(1e6 * inputs.x[1:first], rel=1e-5)
 
 
 @given(st.floats(0.0, 0.01))
