@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from rigctl import scaling
 from rigctl.limits import Configuration, Limits
+from rigctl.packing import from_counts, to_counts
 from rigctl.transport import CaptureBlock, SetpointBlock
 
 MAGIC: Final = 0x4452  # "DR"
@@ -128,6 +129,7 @@ STATUS: Final = Block(
         Register(name="arrived", address=0x24),
         Register(name="heartbeat", address=0x25),
         Register(name="command_acknowledged", address=0x26),
+        Register(name="command_refused", address=0x27),  # the last command that had no effect
     ),
 )
 COUNTERS: Final = Block(
@@ -262,23 +264,12 @@ READ_COUNT: Final = READ_HEADER.count + 7 * CAPTURE_SAMPLES
 
 
 def _to_words(values: NDArray[np.float64], layout: np.dtype[np.void], lsb: Sequence[float]) -> list[int]:
-    packed = np.empty(values.shape[0], dtype=layout)
-    for column, (name, unit) in enumerate(zip(layout.names or (), lsb, strict=True)):
-        counts = np.rint(values[:, column] / unit)
-        room = np.iinfo(layout[name])
-        if counts.size and not (counts.min() >= room.min and counts.max() <= room.max):
-            raise OverflowError(f"{name}: a sample does not fit {layout[name].itemsize * 8} bits")
-        packed[name] = counts
-    words: list[int] = packed.view(">u2").tolist()
+    words: list[int] = to_counts(values, layout, lsb).view(">u2").tolist()
     return words
 
 
 def _from_words(words: Sequence[int], layout: np.dtype[np.void], lsb: Sequence[float]) -> NDArray[np.float64]:
-    packed = np.array(words, dtype=">u2").view(layout)
-    values = np.empty((packed.size, len(lsb)))
-    for column, (name, unit) in enumerate(zip(layout.names or (), lsb, strict=True)):
-        values[:, column] = packed[name] * unit
-    return values
+    return from_counts(np.array(words, dtype=">u2").view(layout), lsb)
 
 
 def crc32(words: Sequence[int]) -> int:

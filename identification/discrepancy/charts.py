@@ -31,12 +31,9 @@ def ladder(e: Explanation) -> go.Figure:
     for gaps, label, colour in ((e.train, "training runs", "#9ab7bd"), (e.held_out, "held-out runs", FINAL)):
         values = [gaps.as_given, gaps.base_refitted, gaps.final]
         figure.add_bar(x=steps, y=values, name=label, marker_color=colour, text=[f"{v:.3g} N" for v in values])
-    # On a logarithmic axis a line's height is given as its logarithm.
-    height = float(np.log10(e.held_out.noise_floor)) if _wide(e) else e.held_out.noise_floor
-    figure.add_hline(
-        y=height, line_dash="dash", line_color=NOISE,
-        annotation_text=f"noise floor {e.held_out.noise_floor:.3g} N", annotation_position="top right",
-    )  # fmt: skip
+    floor = [e.held_out.noise_floor] * len(steps)
+    line = {"dash": "dash", "color": NOISE}
+    figure.add_scatter(x=steps, y=floor, name=f"noise floor {floor[0]:.3g} N", mode="lines", line=line)
     figure.update_yaxes(title="rms of measured − simulated, N", type="log" if _wide(e) else "linear")
     figure.update_layout(title="How the gap shrinks", barmode="group", height=380, **_LAYOUT)
     return figure
@@ -86,7 +83,9 @@ def spectrum(traces: Sequence[Traces]) -> go.Figure:
         frequency, density = _density(r.measured - force, r.dt)
         figure.add_scatter(x=frequency, y=density, name=name, line={"color": colour, "width": 1.2})
     floor = r.sigma * np.sqrt(2.0 * r.dt)
-    figure.add_hline(y=float(np.log10(floor)), line_dash="dash", line_color=NOISE, annotation_text="noise floor")
+    ends = [float(frequency[0]), float(frequency[-1])]
+    line = {"dash": "dash", "color": NOISE}
+    figure.add_scatter(x=ends, y=[floor, floor], name="noise floor", mode="lines", line=line)
     figure.update_xaxes(title="frequency, Hz", type="log")
     figure.update_yaxes(title="residual, N/√Hz", type="log")
     figure.update_layout(title=f"What is left, by frequency: {r.name}", height=380, **_LAYOUT)
@@ -97,7 +96,9 @@ def _density(residual: Floats, dt: float) -> tuple[Floats, Floats]:
     """Amplitude density of a residual, averaged over logarithmic bands."""
     power = np.abs(np.fft.rfft(residual * np.hanning(residual.size))) ** 2 * 2.0 * dt / (0.375 * residual.size)
     frequency = np.fft.rfftfreq(residual.size, dt)
-    edges = np.unique(np.geomspace(1, power.size, 160).astype(np.int64))
+    edges = np.unique(
+        np.geomspace(2, power.size, 160).astype(np.int64)
+    )  # below it lies the mean, which no run resolves
     starts = edges[:-1]
     counts = np.diff(edges)
     mean = np.add.reduceat(power[: edges[-1]], starts) / counts
@@ -107,7 +108,7 @@ def _density(residual: Floats, dt: float) -> tuple[Floats, Floats]:
 
 def profiles(e: Explanation) -> go.Figure:
     """Mean residual of the refitted base over every variable, with its rms as a band."""
-    wanted = [p for p in e.profiles if p.variable != "speed"]
+    wanted = [p for p in e.profiles if p.variable not in ("speed", "stroke")]
     columns = 3
     rows = -(-len(wanted) // columns)
     titles = [p.variable.replace("_", " ") for p in wanted]

@@ -100,7 +100,7 @@ def search(
     say = on_progress or (lambda text: None)
     state = Search(fit=base, names=(), excess=excess_of(base), given=given)
     while len(state.names) < _MAX_EFFECTS and _worth_more(state, records):
-        say(f"{len(state.names)} named, excess {state.excess / max(base.samples, 1):.3g} × noise energy")
+        say(f"{len(state.names)} named so far, the gap is {_over_noise(state):.1f} × the noise of a mean period")
         grown = _add(state, records)
         if grown is None:
             break
@@ -108,6 +108,10 @@ def search(
         if len(state.names) > 1:
             state = _settle(state, records)
     return state
+
+
+def _over_noise(state: Search) -> float:
+    return float(np.sqrt(1.0 + max(state.excess, 0.0) / max(state.fit.samples, 1)))
 
 
 def _worth_more(state: Search, records: Sequence[Record]) -> bool:
