@@ -20,7 +20,6 @@ def score(
     import json
 
     from identification.measures import score as figures_of
-
     from rigctl.runfile import read_run
 
     print(json.dumps(figures_of(read_run(run))))
