@@ -177,6 +177,7 @@ CONTROL: Final = Block(
     ),
 )
 HEARTBEAT_ADDRESS: Final = 0x102
+CAPTURED_ADDRESS: Final = 0x202
 RESET_KEY: Final = 0x5253
 MODE_PROGRAM: Final = 0
 MODE_DIRECT: Final = 1

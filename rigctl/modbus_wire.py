@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import fields
-from typing import Any
 
 from pymodbus import ModbusException
 from pymodbus.client import ModbusTcpClient
@@ -15,8 +13,9 @@ from rigctl import modbus_map as table
 from rigctl.clock import Clock, SystemClock
 from rigctl.device import Control, Fault, RigState
 from rigctl.errors import IdentityError, RequestDenied, TransportError, TransportTimeout
-from rigctl.limits import Configuration, Limits
-from rigctl.transport import Capability, Identity, Reply, SetpointBlock, Status
+from rigctl.limits import Configuration
+from rigctl.registers import check_identity, identity_from, status_from
+from rigctl.transport import Identity, Reply, SetpointBlock, Status
 
 # A refusal of the rig itself, as opposed to a failure of the wire.
 ILLEGAL = {1: "illegal function", 2: "illegal address", 3: "illegal value", 4: "device failure", 6: "busy"}
@@ -41,21 +40,8 @@ class ModbusTransport:
             head = self._read_block(table.IDENTITY, ends)
         except RequestDenied as error:
             raise IdentityError(f"{self.url}: a foreign device, not a damper rig ({error})") from error
-        _check_identity(self.url, head)
-        limits = self._read_block(table.MACHINE_LIMITS, ends)
-        return Identity(
-            map_version=int(head["map_version"]),
-            vendor=str(head["vendor"]),
-            model=str(head["model"]),
-            serial=str(head["serial"]),
-            channel_count=int(head["channel_count"]),
-            sample_rate_min_hz=float(head["sample_rate_min_hz"]),
-            sample_rate_max_hz=float(head["sample_rate_max_hz"]),
-            fifo_samples=int(head["fifo_samples"]),
-            capture_samples=int(head["capture_samples"]),
-            capabilities=Capability(int(head["capabilities"])),
-            limits=_limits(limits),
-        )
+        check_identity(self.url, head)
+        return identity_from(head, self._read_block(table.MACHINE_LIMITS, ends))
 
     def configure(self, configuration: Configuration, deadline_s: float) -> None:
         ends = self._clock.now() + deadline_s
@@ -156,7 +142,7 @@ class ModbusTransport:
         for block in (table.STATUS, table.COUNTERS, table.ACTUALS):
             start = block.address - first
             values.update(block.decode(words[start : start + block.count]))
-        return _status(values), int(values["command_acknowledged"])
+        return status_from(values), int(values["command_acknowledged"])
 
     def _call(self, ends: float, request: Callable[[ModbusTcpClient], ModbusPDU]) -> list[int]:
         """Make one transaction: the one place where pymodbus's two error channels become ours."""
@@ -175,30 +161,3 @@ class ModbusTransport:
             code = int(getattr(answer, "exception_code", 0))
             raise RequestDenied(f"{self.url}: the rig refused: {ILLEGAL.get(code, f'exception {code}')}")
         return list(answer.registers)
-
-
-def _limits(values: dict[str, table.Value]) -> Limits:
-    return Limits(**{f.name: float(values[f.name]) for f in fields(Limits)})
-
-
-def _check_identity(url: str, head: dict[str, table.Value]) -> None:
-    if head["magic"] != table.MAGIC:
-        raise IdentityError(
-            f"{url}: a foreign device: magic is 0x{int(head['magic']):04X}, it must be 0x{table.MAGIC:04X}"
-        )
-    if head["map_version"] != table.MAP_VERSION:
-        raise IdentityError(
-            f"{url}: the rig speaks register map {head['map_version']}, this program {table.MAP_VERSION}"
-        )
-
-
-def _status(values: dict[str, Any]) -> Status:  # Any: a decoded register is a number or a text
-    special = ("state", "faults", "first_fault", "arrived")
-    plain = {f.name: values[f.name] for f in fields(Status) if f.name not in special}
-    return Status(
-        state=RigState(values["state"]),
-        faults=Fault(values["faults"]),
-        first_fault=Fault(values["first_fault"]),
-        arrived=bool(values["arrived"]),
-        **plain,
-    )

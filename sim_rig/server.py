@@ -10,8 +10,10 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rigctl.address import host_and_port
+from rigctl.address import CanAddress, can_address, host_and_port, open_bus
+from rigctl.errors import UrlError
 from sim_rig.draw import Truth, draw, write_truth
+from sim_rig.errors import SimRigError
 from sim_rig.modbus_server import serve_modbus
 from sim_rig.plant import SimulatedPlant
 from sim_rig.rig import SimulatedRig
@@ -47,11 +49,37 @@ def serve(
     SpecimenError, UrlError, SimRigError
         For a specimen, an effect, an address or a speed that cannot be, before anything listens.
     """
-    host, port = host_and_port(url)
+    over_can = can_address(url) if url.startswith("can:") else None
+    host, port = ("", 0) if over_can is not None else host_and_port(url)
     rig, truth = build_rig(specimen, hide=hide, seed=seed, speed=speed, now=time.monotonic)
     if reveal is not None:
         write_truth(truth, Path(reveal))
-    asyncio.run(_until_signalled(rig, host, port, on_ready))
+    if over_can is not None:
+        _serve_can(rig, url, over_can, on_ready)
+    else:
+        asyncio.run(_until_signalled(rig, host, port, on_ready))
+
+
+def _serve_can(rig: SimulatedRig, url: str, address: CanAddress, on_ready: Callable[[str], None]) -> None:
+    import can
+
+    from sim_rig.can_server import serve_can
+
+    told = threading.Event()
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: told.set())
+    try:
+        bus = open_bus(address, listen=True)
+    except UrlError:
+        raise
+    except (can.CanError, OSError, ValueError) as error:
+        raise SimRigError(f"{url}: cannot be opened ({' '.join(str(error).split())})") from error
+    try:
+        on_ready(url)
+        serve_can(rig, bus, fd=address.fd, now=time.monotonic, stop=told.is_set)
+    finally:
+        bus.shutdown()
 
 
 async def _until_signalled(rig: SimulatedRig, host: str, port: int, on_ready: Callable[[str], None]) -> None:

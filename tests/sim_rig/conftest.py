@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -118,6 +119,18 @@ def a_process(url: str, speed: float) -> Iterator[tuple[subprocess.Popen[str], s
 @pytest.fixture(scope="session")
 def modbus_rig() -> Iterator[str]:
     with a_process("modbus://127.0.0.1:0", 50.0) as (_, url):
+        yield url
+
+
+@pytest.fixture(scope="session")
+def can_rig() -> Iterator[str]:
+    with a_process(f"can://loopback/test-{os.getpid()}", 50.0) as (_, url):
+        yield url
+
+
+@pytest.fixture(scope="session")
+def can_fd_rig() -> Iterator[str]:
+    with a_process(f"can://loopback/test-fd-{os.getpid()}?fd=true", 50.0) as (_, url):
         yield url
 
 

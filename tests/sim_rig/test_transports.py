@@ -27,13 +27,13 @@ from sim_rig.direct import DirectTransport
 S = 2.0
 
 
-@pytest.fixture(params=["direct", "modbus"])
+@pytest.fixture(params=["direct", "modbus", "can", "can_fd"])
 def wire(request: pytest.FixtureRequest, bench: Callable[..., Any]) -> Iterator[Transport]:
     if request.param == "direct":
         b = bench(speed=50.0)
         transport: Transport = DirectTransport(b.rig, b.clock)
     else:
-        transport = connect(request.getfixturevalue("modbus_rig"))
+        transport = connect(request.getfixturevalue(f"{request.param}_rig"))
     yield transport
     for _ in range(200):
         transport.status(S)
@@ -96,7 +96,7 @@ def test_the_hold_set_point_travels_to_where_it_is_sent(wire: Transport) -> None
 
 
 def test_a_stream_with_every_block_sent_twice_is_played_once_and_captured_whole(wire: Transport) -> None:
-    run, blocks = 4321, 40
+    run, blocks = 4321, 1200 // wire.block_samples
     wire.command(Control.DISABLE, run, S)
     wire.configure(Configuration(), S)
     wire.command(Control.HOLD, run, S)
@@ -133,8 +133,11 @@ def test_closing_twice_is_harmless(wire: Transport) -> None:
     wire.close()
 
 
-def test_a_test_over_modbus_is_recorded_whole(modbus_rig: str, a_sine: Callable[..., Test], tmp_path: Path) -> None:
-    with closing(connect(modbus_rig)) as wire:
+@pytest.mark.parametrize("rig", ["modbus_rig", "can_rig", "can_fd_rig"])
+def test_a_test_over_a_wire_is_recorded_whole(
+    request: pytest.FixtureRequest, rig: str, a_sine: Callable[..., Test], tmp_path: Path
+) -> None:
+    with closing(connect(request.getfixturevalue(rig))) as wire:
         path = play(wire, a_sine(2000), tmp_path, settings=PlayerSettings(ramp_s=0.2))
     run = read_run(path)
     assert (run.status, run.samples) == ("complete", 2000)

@@ -1,0 +1,268 @@
+"""A rig over CAN, classic or FD: frames of set-points up, frames of captured samples down, registers by SDO."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import can
+import numpy as np
+from numpy.typing import NDArray
+
+from rigctl import can_frames as frames
+from rigctl import modbus_map as table
+from rigctl import sdo
+from rigctl.bus_load import check_bus
+from rigctl.clock import Clock, SystemClock
+from rigctl.device import Control, Fault, RigState
+from rigctl.errors import IdentityError, RequestDenied, TransportError, TransportTimeout
+from rigctl.limits import Configuration
+from rigctl.loopback_can import LoopbackBus
+from rigctl.registers import check_identity, identity_from, status_from
+from rigctl.transport import SEQUENCES, CaptureBlock, Identity, Reply, SetpointBlock, Status
+
+SLICE_S = 0.02  # of waiting for one frame
+ACKNOWLEDGE_S = 0.1  # for a block
+SDO_S = 0.06  # before an unanswered request is sent again
+
+
+class CanTransport:
+    """One bus to one rig. `open_bus` opens it when it is needed: nothing is sent before the first call."""
+
+    def __init__(
+        self,
+        url: str,
+        open_bus: Callable[[], can.BusABC],
+        *,
+        fd: bool,
+        bitrate: float = 1e6,
+        data_bitrate: float = 5e6,
+        clock: Clock | None = None,
+    ) -> None:
+        self.url, self.block_samples = url, frames.FD_BLOCK if fd else frames.CLASSIC_BLOCK
+        self._open, self._fd, self._rates = open_bus, fd, (bitrate, data_bitrate)
+        self._clock = clock or SystemClock()
+        self._bus: can.BusABC | None = None
+        self._alive = self._beat = 0
+        self._sdo: dict[int, sdo.Sdo] = {}
+        self._status: frames.StatusFrame | None = None
+        self._pressure_pa = 0.0
+        self._forget(0)
+
+    def _forget(self, run_id: int) -> None:
+        """Begin with another run: nothing of the one before counts."""
+        self._run_id, self._next = run_id, 0
+        self._captured: list[NDArray[np.float64]] = []
+        self._half: tuple[int, bytes] | None = None
+        self._ends: dict[int, int] = {}  # block sequence → set-points up to its end
+        self._sent = 0
+
+    def identify(self, deadline_s: float) -> Identity:
+        ends = self._clock.now() + deadline_s
+        try:
+            head = self._read_block(table.IDENTITY, ends)
+        except RequestDenied as error:
+            raise IdentityError(f"{self.url}: a foreign device, not a damper rig ({error})") from error
+        check_identity(self.url, head)
+        return identity_from(head, self._read_block(table.MACHINE_LIMITS, ends))
+
+    def configure(self, configuration: Configuration, deadline_s: float) -> None:
+        ends = self._clock.now() + deadline_s
+        bitrate, data_bitrate = self._rates
+        check_bus(configuration.sample_rate_hz, fd=self._fd, bitrate=bitrate, data_bitrate=data_bitrate)
+        words = table.CONFIGURATION.encode(table.configuration_values(configuration))
+        self._write(table.CONFIGURATION.address, words, ends)
+        if self._read(table.CONFIGURATION.address, len(words), ends) != words:
+            raise IdentityError(f"{self.url}: the rig did not keep its configuration")
+
+    def command(self, control: Control, run_id: int, deadline_s: float) -> Status:
+        ends = self._clock.now() + deadline_s
+        self._alive = self._alive % 0xFF + 1
+        self._send([(frames.CONTROL, frames.pack_control(int(control), run_id, self._alive))])
+        return self._acknowledged(ends)
+
+    def direct(self, displacement_m: float, current_a: float, deadline_s: float) -> Status:
+        ends = self._clock.now() + deadline_s
+        self._alive = self._alive % 0xFF + 1
+        try:
+            data = frames.pack_direct(displacement_m, current_a, self._alive)
+        except OverflowError as error:
+            raise RequestDenied(f"{self.url}: direct set-point {displacement_m} m does not fit the frame") from error
+        self._send([(frames.DIRECT, data)])
+        return self._acknowledged(ends)
+
+    def _acknowledged(self, ends: float) -> Status:
+        while True:
+            status, values = self._read_status(ends)
+            if values["command_acknowledged"] == self._alive:
+                return status
+            if values["command_refused"] == self._alive:
+                raise RequestDenied(f"{self.url}: the rig refused the command in {status.state.name}")
+
+    def status(self, deadline_s: float) -> Status:
+        ends = self._clock.now() + deadline_s
+        self._beat = self._beat % 0xFFFF + 1
+        self._write(table.HEARTBEAT_ADDRESS, [self._beat], ends)
+        return self._read_status(ends)[0]
+
+    def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, deadline_s: float) -> Reply:
+        ends = self._clock.now() + deadline_s
+        if run_id != self._run_id:
+            self._forget(run_id)
+        self._drop_acknowledged(captured)
+        request = sdo.Sdo(kind=sdo.DOWNLOAD, address=table.CAPTURED_ADDRESS, value=captured)
+        self._sdo.pop(request.address, None)
+        self._send([*self._pack(block), (frames.SDO_REQUEST, request.pack())])
+        refused = not self._await_answer(block, request.address, min(ends, self._clock.now() + ACKNOWLEDGE_S))
+        if self._status is None or request.address not in self._sdo:
+            raise TransportTimeout(f"{self.url}: no answer before the deadline")
+        return self._reply(refused)
+
+    def _pack(self, block: SetpointBlock | None) -> list[tuple[int, bytes]]:
+        if block is None:
+            return []
+        rows = np.column_stack([block.displacement_m, block.current_a])
+        before = self._ends.get((block.sequence - 1) % SEQUENCES, 0)
+        self._ends[block.sequence] = before + block.samples
+        if self._fd:
+            data = frames.pack_stream_fd(rows, block.sequence, block.run_id, block.end_of_stream)
+            return [(frames.STREAM, data)]
+        return frames.pack_stream(rows, block.sequence, block.run_id, block.end_of_stream)
+
+    def _await_answer(self, block: SetpointBlock | None, address: int, ends: float) -> bool:
+        """Take frames in until the rig has said what became of the block; False where it was refused or is lost."""
+        while self._clock.now() < ends:
+            self._take(SLICE_S)
+            if address in self._sdo:  # the answer comes after the status frame that tells of the block
+                break
+        if block is None:
+            return True
+        return self._status is not None and self._status.last_accepted == block.sequence
+
+    def _reply(self, refused: bool) -> Reply:
+        assert self._status is not None
+        status = self._status
+        accepted = self._ends.get(status.last_accepted, 0)
+        values = np.concatenate([np.empty((0, 5)), *self._captured])
+        return Reply(
+            state=RigState(status.state),
+            faults=Fault(status.faults),
+            last_accepted=status.last_accepted,
+            fifo_free=0,
+            consumed=max(accepted - status.fifo_level, 0),
+            refused=refused,
+            capture=CaptureBlock(run_id=self._run_id, first_index=self._next - values.shape[0], values=values),
+        )
+
+    def _drop_acknowledged(self, captured: int) -> None:
+        values = np.concatenate([np.empty((0, 5)), *self._captured])
+        surplus = captured - (self._next - values.shape[0])
+        self._captured = [values[max(surplus, 0) :]]
+
+    def close(self) -> None:
+        if self._bus is not None:
+            self._bus.shutdown()
+            self._bus = None
+
+    def _send(self, messages: Sequence[tuple[int, bytes]]) -> None:
+        made = [
+            can.Message(arbitration_id=number, data=data, is_extended_id=False, is_fd=self._fd, bitrate_switch=self._fd)
+            for number, data in messages
+        ]
+        try:
+            bus = self._connected()
+            if isinstance(bus, LoopbackBus):
+                bus.send_all(made)
+            else:
+                for message in made:
+                    bus.send(message, timeout=0.1)
+        except (can.CanError, OSError, ValueError) as error:
+            self.close()
+            raise TransportError(f"{self.url}: {' '.join(str(error).split())}") from error
+
+    def _connected(self) -> can.BusABC:
+        if self._bus is None:
+            self._bus = self._open()
+        return self._bus
+
+    def _take(self, timeout_s: float) -> None:
+        """Wait for a frame, then take in all that are there."""
+        try:
+            message = self._connected().recv(timeout_s)
+            while message is not None:
+                self._sort(message.arbitration_id, bytes(message.data))
+                message = self._connected().recv(0.0)
+        except (can.CanError, OSError, ValueError) as error:
+            self.close()
+            raise TransportError(f"{self.url}: {' '.join(str(error).split())}") from error
+
+    def _sort(self, number: int, data: bytes) -> None:
+        if number == frames.STATUS and len(data) == 8:
+            self._status = frames.unpack_status(data)
+        elif number == frames.HEALTH and len(data) == 8:
+            self._pressure_pa = frames.unpack_health(data)[1]
+        elif number == frames.SDO_ANSWER:
+            answer = sdo.unpack(data)
+            if answer is not None:
+                self._sdo[answer.address] = answer
+        elif number == frames.CAPTURE and self._fd:
+            self._keep(frames.unpack_capture_fd(data))
+        elif number == frames.CAPTURE and len(data) == 8:
+            self._half = (int.from_bytes(data[:2], "little"), data)
+        elif number == frames.CAPTURE_B and self._half is not None and len(data) == 8:
+            sample = frames.unpack_capture(self._half[1], data, self._pressure_pa)
+            if sample is not None:
+                ahead = (sample[0] - self._next + 0x8000) % 0x10000 - 0x8000
+                self._keep((self._next + ahead, sample[1].reshape(1, 5)))
+
+    def _keep(self, found: tuple[int, NDArray[np.float64]] | None) -> None:
+        """Keep samples that continue what is here; after a gap the rig sends again from what was acknowledged."""
+        if found is None:
+            return
+        first, values = found
+        known = self._next - first
+        if 0 <= known < values.shape[0]:
+            self._captured.append(values[known:])
+            self._next += values.shape[0] - known
+
+    def _read_block(self, block: table.Block, ends: float) -> dict[str, table.Value]:
+        return block.decode(self._read(block.address, block.count, ends))
+
+    def _read_status(self, ends: float) -> tuple[Status, dict[str, table.Value]]:
+        values: dict[str, table.Value] = {}
+        for block in (table.STATUS, table.COUNTERS, table.ACTUALS):
+            values.update(self._read_block(block, ends))
+        return status_from(values), values
+
+    def _read(self, address: int, count: int, ends: float) -> list[int]:
+        requests = [sdo.Sdo(kind=sdo.UPLOAD, address=address + k) for k in range(0, count, 2)]
+        answers = self._ask(requests, ends)
+        words = [word for answer in answers for word in divmod(answer.value, 0x10000)]
+        return words[:count]
+
+    def _write(self, address: int, words: list[int], ends: float) -> None:
+        pairs = [(*words[k : k + 2], 0)[:2] for k in range(0, len(words), 2)]
+        self._ask(
+            [
+                sdo.Sdo(kind=sdo.DOWNLOAD, address=address + 2 * k, value=high << 16 | low)
+                for k, (high, low) in enumerate(pairs)
+            ],
+            ends,
+        )
+
+    def _ask(self, requests: list[sdo.Sdo], ends: float) -> list[sdo.Sdo]:
+        """Send requests until every one is answered, or the deadline has come."""
+        for request in requests:
+            self._sdo.pop(request.address, None)
+        while missing := [request for request in requests if request.address not in self._sdo]:
+            if self._clock.now() >= ends:
+                raise TransportTimeout(f"{self.url}: the rig does not answer")
+            self._send([(frames.SDO_REQUEST, request.pack()) for request in missing])
+            again = self._clock.now() + SDO_S
+            while self._clock.now() < min(again, ends) and any(r.address not in self._sdo for r in missing):
+                self._take(SLICE_S)
+        answers = [self._sdo[request.address] for request in requests]
+        for answer in answers:
+            if answer.kind == sdo.ABORT:
+                reason = sdo.ABORT_TEXT.get(answer.value, f"code 0x{answer.value:08X}")
+                raise RequestDenied(f"{self.url}: the rig refused: {reason}")
+        return answers

@@ -1,0 +1,217 @@
+"""The simulated rig on CAN, classic or FD: frames in, frames out, one loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+
+import can
+import numpy as np
+from numpy.typing import NDArray
+
+from rigctl import can_frames as frames
+from rigctl import modbus_map as table
+from rigctl import sdo
+from rigctl.device import Control
+from rigctl.errors import LimitError
+from rigctl.loopback_can import LoopbackBus
+from rigctl.transport import SetpointBlock
+from sim_rig.errors import RequestRefused
+from sim_rig.registers import RegisterDevice
+from sim_rig.rig import SimulatedRig
+
+TICK_S = 0.002
+STATUS_S = 0.01
+HEALTH_S = 0.1
+WINDOW = 512  # captured samples that may be under way unacknowledged
+AGAIN_S = 0.15  # without an acknowledgement: sent again from there
+
+
+class CanDevice:
+    """Between frames and the rig; pure but for the clock: `take` a frame, `give` what is due."""
+
+    def __init__(self, rig: SimulatedRig, now: Callable[[], float], *, fd: bool) -> None:
+        self._rig, self._now, self._fd = rig, now, fd
+        self._registers = RegisterDevice(rig)
+        self._staged: dict[int, int] = {}
+        self._parts: dict[int, bytes] = {}
+        self._refused, self._beats = False, 0
+        self._sent, self._run_id, self._moved_at = 0, -1, now()
+        self._status_at = self._health_at = float("-inf")
+        self._last_status = b""
+        self._out: list[tuple[int, bytes]] = []
+
+    def take(self, number: int, data: bytes) -> None:
+        """Take in one frame of the host; what it asks for is in the next `give`."""
+        self._beats = (self._beats + 1) % 0x10000
+        if number == frames.CONTROL:
+            self._control(data)
+        elif number == frames.DIRECT and len(data) == 8:
+            self._direct(data)
+        elif number == frames.STREAM and self._fd:
+            self._stream_fd(data)
+        elif number == frames.STREAM and len(data) == 8:
+            self._parts[int.from_bytes(data[:2], "little")] = data[2:]
+        elif number == frames.COMMIT and len(data) == 8:
+            self._commit(data)
+        elif number == frames.SDO_REQUEST:
+            request = sdo.unpack(data)
+            if request is not None:
+                self._serve(request)
+
+    def give(self) -> list[tuple[int, bytes]]:
+        """Return the frames that are due: answers, status, health, captured samples."""
+        now = self._now()
+        self._send_captured(now)
+        self._send_status(now)
+        if now - self._health_at >= HEALTH_S:
+            self._health_at = now
+            status = self._rig.status()
+            data = frames.pack_health(status.temperature_degc, status.pressure_pa, status.consumed)
+            self._out.append((frames.HEALTH, data))
+        out, self._out = self._out, []
+        return out
+
+    def _control(self, data: bytes) -> None:
+        found = frames.unpack_control(data)
+        if found is None:
+            self._rig.crc_errors += 1
+            return
+        control, run_id, alive = found
+        self._registers.command(Control(control & 0xF), run_id, self._beats, alive)
+
+    def _direct(self, data: bytes) -> None:
+        displacement_m, current_a, sequence = frames.unpack_direct(data)
+        with suppress(RequestRefused):  # the register that the host reads says so
+            self._registers.direct(displacement_m, current_a, self._beats, sequence)
+
+    def _stream_fd(self, data: bytes) -> None:
+        found = frames.unpack_stream_fd(data)
+        if found is None:
+            self._rig.crc_errors += 1
+            self._refused = True
+            return
+        rows, sequence, run_id, end = found
+        self._accept(rows, sequence, run_id, end)
+
+    def _commit(self, data: bytes) -> None:
+        run_id = self._rig.controller.fifo.run_id
+        found = frames.unpack_stream(self._parts, data, run_id)
+        self._parts = {}
+        if found is None:
+            self._rig.crc_errors += 1
+            self._refused = True
+            return
+        rows, sequence, end = found
+        self._accept(rows, sequence, run_id, end)
+
+    def _accept(self, rows: NDArray[np.float64], sequence: int, run_id: int, end: bool) -> None:
+        block = SetpointBlock(
+            run_id=run_id,
+            sequence=sequence,
+            displacement_m=rows[:, 0],
+            current_a=rows[:, 1],
+            end_of_stream=end,
+        )
+        self._refused = not self._rig.controller.accept(block)
+
+    def _serve(self, request: sdo.Sdo) -> None:
+        try:
+            value = self._upload(request) if request.kind == sdo.UPLOAD else self._download(request)
+            kind = sdo.UPLOADED if request.kind == sdo.UPLOAD else sdo.DOWNLOADED
+        except KeyError:
+            kind, value = sdo.ABORT, sdo.NO_SUCH_OBJECT
+        except (RequestRefused, LimitError, OverflowError):
+            kind, value = sdo.ABORT, sdo.NOT_IN_THIS_STATE
+        if request.address == table.CAPTURED_ADDRESS:
+            self._send_status(self._now(), at_once=True)  # the host takes the answer as the end of both
+        self._out.append((frames.SDO_ANSWER, sdo.Sdo(kind=kind, address=request.address, value=value).pack()))
+
+    def _upload(self, request: sdo.Sdo) -> int:
+        for block, words in self._registers.read(request.address, 2):
+            at = request.address - block.address
+            if at >= 0:
+                high, low = (*words[at : at + 2], 0)[:2]
+                return high << 16 | low
+        raise KeyError(request.address)
+
+    def _download(self, request: sdo.Sdo) -> int:
+        if request.address == table.HEARTBEAT_ADDRESS:
+            self._registers.write(request.address, [request.value >> 16])
+            return 0
+        if request.address == table.CAPTURED_ADDRESS:
+            self._acknowledge(request.value)
+            return 0
+        block = table.CONFIGURATION
+        if not block.address <= request.address < block.address + block.count:
+            raise KeyError(request.address)
+        self._staged[request.address] = request.value
+        if request.address + 2 >= block.address + block.count:
+            pairs = [self._staged.pop(block.address + k, 0) for k in range(0, block.count, 2)]
+            self._registers.write(block.address, [word for pair in pairs for word in divmod(pair, 0x10000)])
+        return 0
+
+    def _acknowledge(self, captured: int) -> None:
+        before = self._rig.controller.store.first_index
+        run_id = self._rig.controller.fifo.run_id
+        self._rig.exchange(None, run_id, captured, self._beats, frames.FD_CAPTURE)
+        if self._rig.controller.store.first_index != before:
+            self._moved_at = self._now()
+
+    def _send_captured(self, now: float) -> None:
+        store = self._rig.controller.store
+        if store.run_id != self._run_id or self._sent < store.first_index:
+            self._run_id, self._sent, self._moved_at = store.run_id, store.first_index, now
+        if self._sent > store.first_index and now - self._moved_at > AGAIN_S:
+            self._sent, self._moved_at = store.first_index, now
+        ahead = self._sent - store.first_index
+        values = store.fetch(WINDOW).values[ahead:]
+        if self._fd:
+            for k in range(0, values.shape[0], frames.FD_CAPTURE):
+                part = values[k : k + frames.FD_CAPTURE]
+                self._out.append((frames.CAPTURE, frames.pack_capture_fd(part, self._sent + k)))
+        else:
+            self._out.extend(frames.pack_capture(values, self._sent))
+        self._sent += values.shape[0]
+
+    def _send_status(self, now: float, *, at_once: bool = False) -> None:
+        controller = self._rig.controller
+        data = frames.pack_status(
+            frames.StatusFrame(
+                state=controller.state.value,
+                arrived=controller.arrived,
+                refused=self._refused,
+                faults=int(controller.faults),
+                fifo_level=controller.fifo.level,
+                last_accepted=controller.fifo.last_accepted,
+            )
+        )
+        if at_once or data[:4] != self._last_status[:4] or now - self._status_at >= STATUS_S:
+            self._status_at, self._last_status = now, data
+            self._out.append((frames.STATUS, data))
+
+
+def serve_can(
+    rig: SimulatedRig, bus: can.BusABC, *, fd: bool, now: Callable[[], float], stop: Callable[[], bool]
+) -> None:
+    """Serve a rig on a bus until `stop` says so."""
+    device = CanDevice(rig, now, fd=fd)
+    while not stop():
+        message = bus.recv(TICK_S)
+        while message is not None:
+            device.take(message.arbitration_id, bytes(message.data))
+            message = bus.recv(0.0)
+        rig.tick()
+        _send(bus, device.give(), fd)
+
+
+def _send(bus: can.BusABC, out: Sequence[tuple[int, bytes]], fd: bool) -> None:
+    messages = [
+        can.Message(arbitration_id=number, data=data, is_extended_id=False, is_fd=fd, bitrate_switch=fd)
+        for number, data in out
+    ]
+    if isinstance(bus, LoopbackBus):
+        bus.send_all(messages)
+    else:
+        for message in messages:
+            bus.send(message, timeout=0.1)
