@@ -1,0 +1,168 @@
+"""The hand-packed frames say what the published DBC files say, and damage is never taken for data."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cantools
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import rigctl
+from rigctl import can_frames as frames
+from rigctl import scaling
+from rigctl.bus_load import bus_load, check_bus
+from rigctl.errors import LimitError
+
+FOLDER = Path(rigctl.__file__).parent
+CLASSIC: Any = cantools.database.load_file(FOLDER / "damper_rig.dbc")
+FD: Any = cantools.database.load_file(FOLDER / "damper_rig_fd.dbc")
+
+count32, count16 = st.integers(-(2**31), 2**31 - 1), st.integers(-(2**15), 2**15 - 1)
+set_points = st.lists(st.tuples(count32, count16), min_size=1, max_size=frames.FD_BLOCK)
+samples = st.lists(
+    st.tuples(count32, count32, count16, count16, st.integers(0, 2**16 - 1)), min_size=1, max_size=frames.FD_CAPTURE
+)
+u16, run_ids = st.integers(0, 2**16 - 1), st.integers(1, 2**16 - 1)
+
+
+def si(rows: list[tuple[int, ...]], lsb: tuple[float, ...]) -> np.ndarray:
+    return np.array(rows, dtype=float) * np.array(lsb)
+
+
+def test_the_crc_is_that_of_sae_j1850() -> None:
+    assert frames.crc8(b"123456789") == 0x4B
+
+
+@given(u16, u16, st.integers(1, 255), st.integers(0, 63), st.integers(1, 255))
+def test_control_frames_agree_with_the_dbc_and_survive_no_damage(
+    control: int, run_id: int, alive: int, where: int, change: int
+) -> None:
+    data = frames.pack_control(control, run_id, alive)
+    decoded = CLASSIC.decode_message("control", data)
+    assert (decoded["control_word"], decoded["run_id"], decoded["alive"]) == (control, run_id, alive)
+    assert frames.unpack_control(data) == (control, run_id, alive)
+    damaged = bytearray(data)
+    damaged[where % 8] ^= change
+    assert frames.unpack_control(bytes(damaged)) is None
+
+
+@given(st.integers(0, 15), st.booleans(), st.booleans(), u16, u16, u16)
+def test_status_frames_agree_with_the_dbc(
+    state: int, arrived: bool, refused: bool, faults: int, level: int, accepted: int
+) -> None:
+    status = frames.StatusFrame(
+        state=state, arrived=arrived, refused=refused, faults=faults, fifo_level=level, last_accepted=accepted
+    )
+    data = frames.pack_status(status)
+    assert frames.unpack_status(data) == status
+    decoded = CLASSIC.decode_message("status", data)
+    assert (decoded["state"], decoded["fault_word"], decoded["last_accepted"]) == (state, faults, accepted)
+
+
+@given(count32, count16, u16)
+def test_direct_and_health_frames_agree_with_the_dbc(position: int, small: int, number: int) -> None:
+    data = frames.pack_direct(position * scaling.DISPLACEMENT_M, small * scaling.CURRENT_A, number)
+    decoded = CLASSIC.decode_message("direct", data)
+    assert decoded["displacement"] == pytest.approx(position * 1e-7, abs=1e-12)
+    assert decoded["current"] == pytest.approx(small * 1e-4, abs=1e-9)
+    data = frames.pack_health(small * 0.1, number * 1e4, number)
+    decoded = CLASSIC.decode_message("health", data)
+    assert decoded["temperature"] == pytest.approx(small * 0.1)
+    assert (decoded["supply_pressure"], decoded["consumed"]) == (number * 1e4, number)
+
+
+@given(set_points, u16, run_ids, st.booleans(), st.integers(0, 999), st.integers(1, 255))
+def test_classic_set_points_agree_with_the_dbc_and_survive_no_damage(
+    rows: list[tuple[int, int]], sequence: int, run_id: int, end: bool, where: int, change: int
+) -> None:
+    values = si(rows, scaling.SETPOINT)
+    *stream, (identifier, commit) = frames.pack_stream(values, sequence, run_id, end)
+    assert identifier == frames.COMMIT
+    for k, (number, data) in enumerate(stream):
+        decoded = CLASSIC.decode_message(number, data)
+        assert decoded["number"] == k
+        assert decoded["displacement"] == pytest.approx(values[k, 0], abs=1e-12)
+    parts = {k: data[2:] for k, (_, data) in enumerate(stream)}
+    found = frames.unpack_stream(parts, commit, run_id)
+    assert found is not None
+    np.testing.assert_allclose(found[0], values, rtol=0, atol=1e-12)
+    assert found[1:] == (sequence, end)
+    assert frames.unpack_stream(parts, commit, run_id ^ 1) is None
+    lost = dict(parts)
+    del lost[where % len(lost)]
+    assert frames.unpack_stream(lost, commit, run_id) is None
+    damaged = bytearray(parts[0])
+    damaged[where % 6] ^= change
+    assert frames.unpack_stream({**parts, 0: bytes(damaged)}, commit, run_id) is None
+
+
+@given(set_points, u16, run_ids, st.booleans(), st.integers(0, 999), st.integers(1, 255))
+def test_fd_set_points_agree_with_the_dbc_and_survive_no_damage(
+    rows: list[tuple[int, int]], sequence: int, run_id: int, end: bool, where: int, change: int
+) -> None:
+    values = si(rows, scaling.SETPOINT)
+    data = frames.pack_stream_fd(values, sequence, run_id, end)
+    decoded = FD.decode_message(frames.STREAM, data)
+    assert (decoded["sequence"], decoded["count"], decoded["last"], decoded["run_id"]) == (
+        sequence,
+        len(rows),
+        end,
+        run_id,
+    )
+    assert [decoded[f"current_{k}"] for k in range(len(rows))] == pytest.approx(values[:, 1].tolist(), abs=1e-9)
+    found = frames.unpack_stream_fd(data)
+    assert found is not None
+    np.testing.assert_allclose(found[0], values, rtol=0, atol=1e-12)
+    assert found[1:] == (sequence, run_id, end)
+    damaged = bytearray(data)
+    damaged[where % 62] ^= change
+    assert frames.unpack_stream_fd(bytes(damaged)) is None
+
+
+@given(samples, st.integers(0, 2**32 - 1), st.integers(0, 999), st.integers(1, 255))
+def test_captured_samples_agree_with_the_dbc_and_survive_no_damage(
+    rows: list[tuple[int, ...]], first: int, where: int, change: int
+) -> None:
+    values = si(rows, scaling.CAPTURE)
+    data = frames.pack_capture_fd(values, first)
+    decoded = FD.decode_message(frames.CAPTURE, data)
+    assert (decoded["first_index"], decoded["count"]) == (first, len(rows))
+    assert [decoded[f"force_{k}"] for k in range(len(rows))] == pytest.approx(values[:, 0].tolist())
+    found = frames.unpack_capture_fd(data)
+    assert found is not None
+    assert found[0] == first
+    np.testing.assert_allclose(found[1], values, rtol=1e-12, atol=1e-12)
+    damaged = bytearray(data)
+    damaged[where % 64] ^= change
+    assert frames.unpack_capture_fd(bytes(damaged)) is None
+    classic = frames.pack_capture(values, first)
+    for k in range(len(rows)):
+        (a, data_a), (b, data_b) = classic[2 * k : 2 * k + 2]
+        assert CLASSIC.decode_message(a, data_a)["force"] == pytest.approx(values[k, 0])
+        assert CLASSIC.decode_message(b, data_b)["displacement"] == pytest.approx(values[k, 1], abs=1e-12)
+        sample = frames.unpack_capture(data_a, data_b, values[k, 4])
+        assert sample is not None
+        np.testing.assert_allclose(sample[1], values[k], rtol=1e-12, atol=1e-12)
+    if len(rows) > 1:
+        assert frames.unpack_capture(classic[0][1], classic[3][1], 0.0) is None
+
+
+def test_a_plan_that_the_bus_cannot_carry_is_refused() -> None:
+    def classic(rate: float) -> float:
+        return bus_load(rate, fd=False, bitrate=1e6, data_bitrate=5e6)
+
+    def flexible(rate: float) -> float:
+        return bus_load(rate, fd=True, bitrate=1e6, data_bitrate=5e6)
+
+    assert classic(1000) == pytest.approx(0.43, abs=0.01)
+    assert classic(2000) == pytest.approx(0.84, abs=0.01)
+    assert flexible(1000) < 0.1
+    assert 0.25 < flexible(5000) < 0.4
+    check_bus(1000, fd=False, bitrate=1e6, data_bitrate=5e6)
+    check_bus(5000, fd=True, bitrate=1e6, data_bitrate=5e6)
+    with pytest.raises(LimitError, match=r"2000 Hz loads the bus to 84 %.*CAN FD"):
+        check_bus(2000, fd=False, bitrate=1e6, data_bitrate=5e6)

@@ -1,0 +1,195 @@
+"""CAN's own troubles: frames that are lost, doubled or damaged, a bus that is not there, a name that is wrong."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import can
+import numpy as np
+import pytest
+
+from excitation.plan import Test
+from rigctl.address import CanAddress, can_address, connect, open_bus
+from rigctl.can_wire import CanTransport
+from rigctl.device import RigState
+from rigctl.errors import TransportError, UrlError
+from rigctl.loopback_can import LoopbackBus
+from rigctl.player import PlayerSettings, play
+from rigctl.runfile import read_run
+from sim_rig.can_server import CanDevice
+
+
+class BadBus(can.BusABC):
+    """A bus in this process to a simulated device; every so many frames one is lost, doubled or damaged."""
+
+    def __init__(self, device: CanDevice, clock: Any, rig: Any, *, spoil: Callable[[int, bytes], list[bytes]]) -> None:
+        self._device, self._clock, self._rig, self._spoil = device, clock, rig, spoil
+        self._inbox: list[tuple[int, bytes]] = []
+        self.channel_info = "bad"
+        super().__init__("bad")
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        for data in self._spoil(msg.arbitration_id, bytes(msg.data)):
+            self._device.take(msg.arbitration_id, data)
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        if not self._inbox and timeout:
+            self._clock.sleep(0.001)
+            self._rig.tick()
+            for number, data in self._device.give():
+                self._inbox.extend((number, kept) for kept in self._spoil(number, data))
+        if not self._inbox:
+            if timeout:
+                self._clock.sleep(timeout)
+            return None, True
+        number, data = self._inbox.pop(0)
+        fd = len(data) > 8
+        return can.Message(arbitration_id=number, data=data, is_extended_id=False, is_fd=fd), True
+
+
+def spoiler(kind: str, every: int) -> Callable[[int, bytes], list[bytes]]:
+    seen = 0
+
+    def spoil(number: int, data: bytes) -> list[bytes]:
+        nonlocal seen
+        seen += 1
+        if seen % every:
+            return [data]
+        if kind == "damaged":
+            return [data[:3] + bytes([data[3] ^ 0x10]) + data[4:]] if 0x200 < number < 0x580 else [data]
+        return {"lost": [], "doubled": [data, data]}[kind]
+
+    return spoil
+
+
+@pytest.mark.parametrize("fd", [False, True])
+@pytest.mark.parametrize(("kind", "every"), [("lost", 997), ("lost", 101), ("doubled", 53), ("none", 10**9)])
+def test_frames_that_are_lost_or_doubled_cost_time_and_no_sample(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, fd: bool, kind: str, every: int
+) -> None:
+    if kind == "lost" and every == 101 and not fd:
+        every = 499  # a classic block is 257 frames: one of them lost every 101 never gets through whole
+    b = bench(speed=20.0)
+    device = CanDevice(b.rig, b.clock.now, fd=fd)
+    bus = BadBus(device, b.clock, b.rig, spoil=spoiler(kind, every))
+    wire = CanTransport("can://bad/1", lambda: bus, fd=fd, clock=b.clock)
+    test = a_sine(600)
+    run = read_run(play(wire, test, tmp_path, clock=b.clock, settings=PlayerSettings(ramp_s=0.1)))
+    assert (run.status, run.samples) == ("complete", 600)
+    assert np.max(np.abs(run.channels["displacement"] - test.excitation.displacement_m)) < 2e-3
+    assert np.all(np.abs(run.channels["current"][2:] - run.channels["current_command"][2:]) < 0.02)
+    assert b.rig.controller.state is RigState.DISABLED
+    assert b.rig.controller.fifo.consumed == 800
+    bus.shutdown()
+
+
+@pytest.mark.parametrize("fd", [False, True])
+def test_damaged_set_points_are_sent_again_and_never_played(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, fd: bool
+) -> None:
+    b = bench(speed=20.0)
+    device = CanDevice(b.rig, b.clock.now, fd=fd)
+    spoil = spoiler("damaged", 29 if fd else 401)
+    bus = BadBus(device, b.clock, b.rig, spoil=lambda n, d: spoil(n, d) if n in (0x401, 0x201) else [d])
+    wire = CanTransport("can://bad/1", lambda: bus, fd=fd, clock=b.clock)
+    test = a_sine(600)
+    run = read_run(play(wire, test, tmp_path, clock=b.clock, settings=PlayerSettings(ramp_s=0.1)))
+    assert (run.status, run.samples) == ("complete", 600)
+    assert b.rig.crc_errors > 0
+    assert np.max(np.abs(np.concatenate(b.plant.commands))) < 0.0101
+    bus.shutdown()
+
+
+def test_the_loopback_keeps_a_burst_whole_and_in_order() -> None:
+    name = f"burst-{os.getpid()}"
+    rig = LoopbackBus(name, listen=True, fd=True)
+    host = LoopbackBus(name, fd=True)
+    assert rig.recv(0.05) is None
+    sent: Sequence[can.Message] = [
+        can.Message(
+            arbitration_id=k % 0x7FF, data=bytes([k % 256] * (64 if k % 2 else 8)), is_extended_id=False, is_fd=True
+        )
+        for k in range(2000)
+    ]
+    host.send_all(sent[:1000])
+    for message in sent[:1000]:
+        got = rig.recv(1.0)
+        assert got is not None
+        assert (got.arbitration_id, got.data, got.is_fd) == (message.arbitration_id, message.data, True)
+    rig.send(sent[1])
+    assert host.recv(1.0) is not None
+    host.shutdown()
+    assert rig.recv(0.05) is None
+    second = LoopbackBus(name, fd=True)
+    second.send(sent[3])
+    assert rig.recv(1.0) is not None
+    rig.shutdown()
+    with pytest.raises(can.CanOperationError):
+        second.recv(1.0)
+    for bus in (second, rig, rig):
+        bus.shutdown()
+
+
+def test_a_loopback_bus_has_one_rig() -> None:
+    name = f"one-{os.getpid()}"
+    rig = LoopbackBus(name, listen=True)
+    with pytest.raises(can.CanInitializationError, match="another rig"):
+        LoopbackBus(name, listen=True)
+    rig.shutdown()
+    with pytest.raises(can.CanInitializationError, match="no rig listens"):
+        LoopbackBus(name)
+    with pytest.raises(can.CanInitializationError, match="letters"):
+        LoopbackBus("a/b")
+
+
+def test_an_address_names_interface_channel_and_rates() -> None:
+    assert can_address("can://socketcan/can0?fd=true&bitrate=500000&data_bitrate=2000000") == CanAddress(
+        interface="socketcan", channel="can0", fd=True, bitrate=500_000, data_bitrate=2_000_000
+    )
+    assert can_address("can://loopback/x") == CanAddress(interface="loopback", channel="x")
+
+
+@pytest.mark.parametrize(
+    ("url", "words"),
+    [
+        ("can://", "must be"),
+        ("can://loopback", "must be"),
+        ("can://loopback/x?fd=maybe", "fd is 'maybe'"),
+        ("can://loopback/x?bitrate=fast", "bitrate is 'fast'"),
+        ("can://loopback/x?bitrate=0", "bitrate is '0'"),
+        ("can://loopback/x?speed=1", "option 'speed' is unknown"),
+        ("can://telepathy/1", "interface 'telepathy' does not exist"),
+    ],
+)
+def test_a_wrong_can_address_is_refused_in_one_line(url: str, words: str) -> None:
+    with pytest.raises(UrlError, match=words) as caught:
+        connect(url)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_bus_without_a_rig_is_an_error_in_time() -> None:
+    with (
+        closing(connect(f"can://loopback/nobody-{os.getpid()}")) as wire,
+        pytest.raises(TransportError, match="no rig"),
+    ):
+        wire.identify(0.3)
+
+
+def test_a_silent_bus_is_a_time_out() -> None:
+    name = f"silent-{os.getpid()}"
+    rig = LoopbackBus(name, listen=True)
+    with closing(connect(f"can://loopback/{name}")) as wire, pytest.raises(TransportError, match="does not answer"):
+        wire.identify(0.3)
+    rig.shutdown()
+
+
+def test_an_interface_without_its_hardware_is_refused_in_one_line() -> None:
+    with pytest.raises((can.CanError, OSError, ValueError)):
+        open_bus(CanAddress(interface="pcan", channel="PCAN_USBBUS1"))
+    with closing(connect("can://pcan/PCAN_USBBUS1")) as wire, pytest.raises(TransportError) as caught:
+        wire.identify(0.3)
+    assert "\n" not in str(caught.value)
