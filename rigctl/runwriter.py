@@ -74,18 +74,26 @@ class RunWriter:
         self._clock, self._flush_interval_s, self._last_flush = clock, flush_interval_s, clock()
         self._pending: list[Mapping[str, NDArray[np.float64]]] = []
         self._pending_samples = self.samples = 0
+        # Laid out under another name: who sees the part, or is interrupted before it is there, sees no half-made file.
+        unborn = self.part.with_name(f".{self.part.name}.{os.getpid()}.new")
         try:
-            self._file = h5py.File(self.part, "w", libver=("v110", "v110"))
+            self._file = h5py.File(unborn, "w", libver=("v110", "v110"))
         except OSError as error:
             raise RunFileError(f"{self.path}: cannot be created ({error})") from error
-        self._channels = _lay_out(self._file, template)
-        self._event_times, self._event_texts = self._file["events/time"], self._file["events/text"]
-        self._file.swmr_mode = True
-        self._disk = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fsync")
-        self._sync: Future[None] | None = None
-        self._lock = os.open(self.part, os.O_RDONLY)
-        lock_part(self._lock, exclusive=False)
-        self.flush()
+        try:
+            self._channels = _lay_out(self._file, template)
+            self._event_times, self._event_texts = self._file["events/time"], self._file["events/text"]
+            self._file.swmr_mode = True
+            self._disk = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fsync")
+            self._sync: Future[None] | None = None
+            self._lock = os.open(unborn, os.O_RDONLY)
+            lock_part(self._lock, exclusive=False)
+            self.flush()
+            unborn.replace(self.part)
+        except BaseException:
+            self._file.close()
+            unborn.unlink(missing_ok=True)
+            raise
 
     def append(self, block: Mapping[str, NDArray[np.float64]]) -> None:
         """Add one block: every channel of the template, equal lengths, finite; else RunFileError."""
