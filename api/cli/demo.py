@@ -43,6 +43,7 @@ def demo(
     begun = time.monotonic()
     drawn = secrets.randbelow(1_000_000) if seed is None else seed
     console = messages()
+    output = output.absolute()  # what it makes is linked by place, whatever folder it is started in
     story = tell(Asked(output=output, seed=drawn, effect=effect or ""), _Show(console))
     report = output / "report.html"
     write_index(story, report)
