@@ -11,9 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from sim_rig.damper import Damper
 from sim_rig.effects import EFFECTS, LISTED, Scale, hidden, refusal
 from sim_rig.errors import SpecimenError
+from sim_rig.parameters import Damper
 from sim_rig.sizes import FAINT, LARGEST, SIZES
 from sim_rig.specimens import SPECIMENS, Specimen
 

@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from sim_rig.damper import Damper
 from sim_rig.errors import SpecimenError
+from sim_rig.parameters import Damper
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sim_rig import actuator, damper
 from sim_rig.actuator import Actuator
-from sim_rig.damper import Damper
+from sim_rig.parameters import Damper
 from sim_rig.sensors import Noise, read
 
 INNER_HZ: Final = 16e3

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sim_rig.damper import ARCTAN, BILINEAR, HYPERBOLIC, VALVE, Damper
+from sim_rig.parameters import ARCTAN, BILINEAR, HYPERBOLIC, VALVE, Damper
 from sim_rig.sensors import Noise
 
 
