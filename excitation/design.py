@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from excitation.checks import one_of
-from excitation.door import read_config, to_spec
-from excitation.envelope import Envelope, check_plan, read_envelope, scale_to_fit
+from excitation.door import read_config, to_config, to_spec
+from excitation.envelope import Envelope, check, check_plan, read_envelope, scale_to_fit
 from excitation.errors import DesignError, EnvelopeError
 from excitation.files import read_excitation, read_plan
 from excitation.harmonic_plan import harmonic_plan
@@ -18,7 +18,7 @@ from excitation.plan_files import holds_a_plan
 from excitation.prediction import ForceModel
 from excitation.signal import JSON, Excitation
 
-__all__ = ["COMMANDS", "design", "design_file", "remake", "remake_file", "within_envelope"]
+__all__ = ["COMMANDS", "design", "design_file", "envelope_of", "remake", "remake_file", "within_envelope"]
 
 COMMANDS = ("random-phase", "homogenised", "harmonic")
 
@@ -27,28 +27,43 @@ def design_file(
     command: str,
     path: Path | str,
     *,
-    envelope: Path | str | None = None,
+    envelope: Envelope | Path | str | None = None,
     fit: bool = False,
     force_model: ForceModel | None = None,
 ) -> Excitation | TestPlan:
-    """What `damper-rig design COMMAND CONFIG.toml` makes, checked against ``envelope`` (TOML) or scaled to
-    fit it.
+    """What `damper-rig design COMMAND CONFIG.toml` makes, checked against the limits or scaled to fit them.
 
-    Files that the configuration names (an envelope, a service record) are looked for beside it.
+    ``envelope`` (or its TOML file) stands in the place of the one that the configuration names. Files that the
+    configuration names (an envelope, a service record) are looked for beside it.
 
     Raises DesignError or EnvelopeError that begins with the file's name.
     """
     path = Path(path)
-    config = read_config(path)
+    config = _beside(read_config(path), path.parent)
     try:
-        made = design(command, _beside(config, path.parent) | ({"scale_to_fit": True} if fit else {}))
+        limits = envelope if isinstance(envelope, Envelope) else None if envelope is None else read_envelope(envelope)
+        limits = limits or _limits(config)
+        if limits is None or force_model is None:
+            own = {} if limits is None else {"envelope": to_config(limits)}
+            return design(command, config | own | ({"scale_to_fit": True} if fit else {}))
+        made = design(command, {key: value for key, value in config.items() if key != "envelope"})
+        fit = fit or config.get("scale_to_fit") is True
+        return within_envelope(made, limits, fit=fit, force_model=force_model)
     except DesignError as error:
         raise DesignError(f"{path}: {error}") from error
     except EnvelopeError as error:
         raise EnvelopeError(f"{path}: {error}") from error
-    return (
-        made if envelope is None else within_envelope(made, read_envelope(envelope), fit=fit, force_model=force_model)
-    )
+
+
+def envelope_of(path: Path | str) -> Envelope | None:
+    """The envelope that a configuration file names; None where it names none. Raises DesignError."""
+    path = Path(path)
+    return _limits(_beside(read_config(path), path.parent))
+
+
+def _limits(config: Mapping[str, JSON]) -> Envelope | None:
+    envelope = config.get("envelope")
+    return None if envelope is None else to_spec(Envelope, envelope, "envelope")  # type: ignore[arg-type]
 
 
 def _beside(config: Mapping[str, JSON], folder: Path) -> dict[str, JSON]:
@@ -77,9 +92,14 @@ def within_envelope(
     The force is that of ``force_model``, else of the envelope's specimen. Raises EnvelopeError.
     """
     plan = made if isinstance(made, TestPlan) else TestPlan(tests=(Test(name="excitation", excitation=made),))
+    warm_up = plan.warm_up
     if fit:
-        plan = replace(plan, tests=tuple(scale_to_fit(test, envelope, force_model) for test in plan.tests))
+        tests = tuple(scale_to_fit(test, envelope, force_model) for test in plan.tests)
+        warm_up = None if warm_up is None else scale_to_fit(warm_up, envelope, force_model)
+        plan = replace(plan, tests=tests, warm_up=warm_up)
     check_plan(plan, envelope, force_model)
+    if warm_up is not None:
+        check(warm_up, envelope, force_model)
     return plan if isinstance(made, TestPlan) else plan.tests[0].excitation
 
 

@@ -39,10 +39,14 @@ class Excess:
     scales: bool = True  # a smaller motion helps
 
     def __str__(self) -> str:
-        by = abs(self.needs - self.limit) / abs(self.limit) * 100.0 if self.limit else float("inf")
+        bounded = self.needs < float("inf")
+        needs = f"{self.needs:.4g} {self.unit}" if bounded else "beyond all bounds"
         side = "the least is" if self.below else "the limit is"
-        share = f" ({by:.3g} % {'below' if self.below else 'above'})" if by < float("inf") else ""
-        return f"{self.quantity} {self.needs:.4g} {self.unit}, {side} {self.limit:.4g} {self.unit}{share}"
+        share = ""
+        if bounded and self.limit != 0.0:
+            by = abs(self.needs - self.limit) / abs(self.limit) * 100.0
+            share = f" ({by:.3g} % {'below' if self.below else 'above'})"
+        return f"{self.quantity} {needs.strip()}, {side} {f'{self.limit:.4g} {self.unit}'.strip()}{share}"
 
 
 def excesses(excitation: Excitation, envelope: Envelope, force_model: ForceModel | None = None) -> tuple[Excess, ...]:

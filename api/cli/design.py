@@ -1,55 +1,179 @@
-"""``damper-rig design``: excitation files and test plans from a configuration."""
+"""``damper-rig design``: excitation files and test plans from a configuration, or again from a file."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+if TYPE_CHECKING:
+    from excitation import Envelope, Excitation, TestPlan
+
 __all__ = ["design"]
 
-design = typer.Typer(name="design", help="Design an excitation or a test plan.", no_args_is_help=True)
+design = typer.Typer(
+    name="design",
+    help="Design an excitation or a test plan, or make again what is in a file.\n\n"
+    "Example: damper-rig design --from multisine.h5 -o again.h5",
+    no_args_is_help=True,
+    invoke_without_command=True,
+)
 
 Config = Annotated[Path, typer.Argument(metavar="CONFIG.toml", help="What is wanted.")]
 Out = Annotated[Path, typer.Option("-o", "--output", help=".h5 holds the whole design, .csv opens in a spreadsheet.")]
+Rig = Annotated[
+    Path | None, typer.Option("--envelope", metavar="RIG.toml", help="What the rig can do: what exceeds it is refused.")
+]
+Fit = Annotated[bool, typer.Option("--scale-to-fit", help="Scale down what exceeds the envelope instead.")]
+Damper = Annotated[
+    Path | None, typer.Option("--model", metavar="MODEL.json", help="The damper, for the predicted force and heat.")
+]
+Plot = Annotated[
+    Path | None, typer.Option("--plot", metavar="OUT.html", help="Charts, in one page that opens offline.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print what was made as JSON.")]
 
 
+@design.callback()
+def again(
+    context: typer.Context,
+    source: Annotated[
+        Path | None, typer.Option("--from", metavar="FILE", help="Make the design in FILE again.")
+    ] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="With --from: the new file.")] = None,
+    envelope: Rig = None,
+    scale_to_fit: Fit = False,
+    model: Damper = None,
+    plot: Plot = None,
+    as_json: AsJson = False,
+) -> None:
+    """Without a command: makes again what is in the file of --from."""
+    from api.errors import InputError
+
+    given = source, output, envelope, model, plot
+    if context.invoked_subcommand is not None:
+        if scale_to_fit or as_json or any(value is not None for value in given):
+            raise InputError(f"design: options stand after {context.invoked_subcommand!r}, with its CONFIG.toml")
+        return
+    if source is None or output is None:
+        raise InputError("design: give --from FILE and -o FILE, or a command (random-phase, homogenised, harmonic)")
+    from api.force_model import force_model
+    from excitation import read_envelope
+    from excitation.design import remake_file, within_envelope
+
+    limits = None if envelope is None else read_envelope(envelope)
+    if limits is None and scale_to_fit:
+        raise InputError("--scale-to-fit: give the limits by --envelope RIG.toml")
+    _check_plot(plot)
+    made = remake_file(source)
+    damper = None if model is None else force_model(model)
+    if limits is not None:
+        made = within_envelope(made, limits, fit=scale_to_fit, force_model=damper)
+    _write(made, output, plot, limits, model, as_json)
+
+
 @design.command("random-phase")
-def random_phase(config: Config, output: Out, as_json: AsJson = False) -> None:
+def random_phase(
+    config: Config,
+    output: Out,
+    envelope: Rig = None,
+    scale_to_fit: Fit = False,
+    model: Damper = None,
+    plot: Plot = None,
+    as_json: AsJson = False,
+) -> None:
     """A random-phase multisine, displacement and, where asked, current.
 
-    Example: damper-rig design random-phase multisine.toml -o multisine.h5
+    Example: damper-rig design random-phase multisine.toml -o multisine.h5 --plot multisine.html
     """
-    _design("random-phase", config, output, as_json)
+    _design("random-phase", config, output, envelope, scale_to_fit, model, plot, as_json)
 
 
 @design.command("homogenised")
-def homogenised(config: Config, output: Out, as_json: AsJson = False) -> None:
+def homogenised(
+    config: Config,
+    output: Out,
+    envelope: Rig = None,
+    scale_to_fit: Fit = False,
+    model: Damper = None,
+    plot: Plot = None,
+    as_json: AsJson = False,
+) -> None:
     """The multisine that covers the working range uniformly.
 
-    Example: damper-rig design homogenised multisine.toml -o homogenised.h5
+    Example: damper-rig design homogenised multisine.toml -o homogenised.h5 --envelope rig.toml
     """
-    _design("homogenised", config, output, as_json)
+    _design("homogenised", config, output, envelope, scale_to_fit, model, plot, as_json)
 
 
 @design.command("harmonic")
-def harmonic(config: Config, output: Out, as_json: AsJson = False) -> None:
+def harmonic(
+    config: Config,
+    output: Out,
+    envelope: Rig = None,
+    scale_to_fit: Fit = False,
+    model: Damper = None,
+    plot: Plot = None,
+    as_json: AsJson = False,
+) -> None:
     """A plan of sines or triangles within the rig's envelope.
 
-    Example: damper-rig design harmonic matrix.toml -o plan.csv
+    Example: damper-rig design harmonic matrix.toml -o plan.csv --envelope rig.toml --scale-to-fit
     """
-    _design("harmonic", config, output, as_json)
+    _design("harmonic", config, output, envelope, scale_to_fit, model, plot, as_json)
 
 
-def _design(command: str, config: Path, output: Path, as_json: bool) -> None:
-    from api.cli.terminal import answer, progress_bar
-    from excitation import Excitation, write_excitation, write_plan
-    from excitation.design import design_file
+def _design(
+    command: str,
+    config: Path,
+    output: Path,
+    envelope: Path | None,
+    fit: bool,
+    model: Path | None,
+    plot: Path | None,
+    as_json: bool,
+) -> None:
+    from api.cli.terminal import progress_bar
+    from api.errors import InputError
+    from api.force_model import force_model
+    from excitation import read_envelope
+    from excitation.design import design_file, envelope_of
 
+    _check_plot(plot)
+    limits = envelope_of(config) if envelope is None else read_envelope(envelope)
+    if limits is None and (fit or model is not None):
+        option = "--scale-to-fit" if fit else "--model"
+        raise InputError(f"{option}: there are no limits to hold: give --envelope RIG.toml, or envelope in {config}")
+    damper = None if model is None else force_model(model)
     with progress_bar(f"designing {output.name}"):
-        made = design_file(command, config)
+        made = design_file(command, config, envelope=limits, fit=fit, force_model=damper)
+    _write(made, output, plot, limits, model, as_json)
+
+
+def _check_plot(plot: Path | None) -> None:
+    """Before any work: a page that could not be written must not leave a design without it."""
+    from api.errors import InputError
+
+    if plot is None:
+        return
+    if plot.suffix != ".html":
+        raise InputError(f"--plot {plot}: charts are a web page: end its name in .html")
+    if not plot.parent.is_dir():
+        raise InputError(f"--plot {plot}: there is no folder {plot.parent}: make it first")
+
+
+def _write(
+    made: Excitation | TestPlan,
+    output: Path,
+    plot: Path | None,
+    limits: Envelope | None,
+    model: Path | None,
+    as_json: bool,
+) -> None:
+    from api.cli.terminal import answer
+    from excitation import Excitation, write_excitation, write_plan
+
     if isinstance(made, Excitation):
         write_excitation(output, made)
         facts: dict[str, object] = {
@@ -61,6 +185,12 @@ def _design(command: str, config: Path, output: Path, as_json: bool) -> None:
     else:
         write_plan(output, made)
         facts = {"tests": len(made.tests), "duration_s": made.duration_s}
+    if plot is not None:
+        from api.force_model import force_model
+        from excitation.plots import write_plots
+
+        write_plots(plot, made, limits, None if model is None else force_model(model))
+        facts["plot"] = str(plot)
     shown = ", ".join(f"{key} {_shown(value)}" for key, value in facts.items())
     answer(f"{output}: {shown}", {"file": str(output), **facts}, as_json=as_json)
 

@@ -1,0 +1,137 @@
+"""``damper-rig design``: every shipped configuration, the rig's envelope, charts, and the same design again."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from api.cli.main import main
+from excitation import Excitation, TestPlan, read_excitation, read_plan
+from excitation.plan_files import holds_a_plan
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CONFIGURATIONS = sorted(p for p in EXAMPLES.glob("*.toml") if p.read_text().startswith("# damper-rig design "))
+RIG = str(EXAMPLES / "rig_25kn.toml")
+SINE = "sample_rate = 1000.0\n[[series]]\namplitude = {amplitude}\nfrequency = {frequency}\ncurrent = 1.0\n"
+
+
+def made(path: Path) -> Excitation | TestPlan:
+    return read_plan(path) if holds_a_plan(path) else read_excitation(path)
+
+
+def sine(place: Path, amplitude: float, frequency: float) -> str:
+    path = place / "sine.toml"
+    path.write_text(SINE.format(amplitude=amplitude, frequency=frequency))
+    return str(path)
+
+
+def samples(path: Path) -> list[bytes]:
+    content = made(path)
+    tests = [content] if isinstance(content, Excitation) else [test.excitation for test in content.tests]
+    return [part.tobytes() for e in tests for part in (e.displacement_m, e.current_a) if part is not None]
+
+
+@pytest.mark.parametrize("config", CONFIGURATIONS, ids=lambda p: p.stem)
+def test_every_shipped_configuration_is_designed_and_made_again_to_the_last_bit(
+    config: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = config.read_text().split()[3]
+    first, again = tmp_path / "first.h5", tmp_path / "again.h5"
+    assert main(["design", command, str(config), "-o", str(first), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["duration_s"] > 0
+    assert main(["design", "--from", str(first), "-o", str(again)]) == 0
+    assert samples(first) == samples(again)
+
+
+def test_every_example_that_is_no_envelope_names_its_command() -> None:
+    rest = {p.stem for p in EXAMPLES.glob("*.toml")} - {p.stem for p in CONFIGURATIONS}
+    assert rest == {"rig_25kn"}
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "frequency", "words"),
+    [
+        (0.1, 0.2, ["displacement 0.1 m", "the limit is 0.075 m", "33.3 % above", "amplitude = 0.075"]),
+        (0.06, 5.0, ["velocity 1.885 m/s", "the limit is 1.6 m/s", "17.8 % above", "amplitude =", "or frequency ="]),
+        (0.001, 62.5, ["frequency 62.5 Hz", "the limit is 50 Hz", "25 % above", "change the frequency"]),
+    ],
+)
+def test_a_test_beyond_the_rig_is_refused_with_the_limit_the_excess_and_the_nearest_that_fits(
+    amplitude: float, frequency: float, words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = sine(tmp_path, amplitude, frequency)
+    output = tmp_path / "plan.h5"
+    assert main(["design", "harmonic", config, "-o", str(output), "--envelope", RIG]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1
+    for word in ("sine.toml", f"test 'sine_{1000 * amplitude:g}mm_{frequency:g}Hz_1A'", *words):
+        assert word in said.err, said.err
+    assert not output.exists()
+
+
+def test_scaled_to_fit_the_plan_keeps_every_limit_and_is_otherwise_the_same(tmp_path: Path) -> None:
+    config, output = sine(tmp_path, 0.1, 0.2), tmp_path / "plan.h5"
+    assert main(["design", "harmonic", config, "-o", str(output), "--envelope", RIG, "--scale-to-fit"]) == 0
+    plan = read_plan(output)
+    assert float(np.abs(plan.tests[0].excitation.displacement_m).max()) == pytest.approx(0.075, rel=1e-3)
+    assert main(["design", "--from", str(output), "-o", str(tmp_path / "again.h5"), "--envelope", RIG]) == 0
+
+
+def test_a_model_of_the_damper_predicts_the_force_in_place_of_the_envelope(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "stiff.json"
+    element = {"element": "viscous_damping", "parameters": {"c": 35000.0}}
+    content = {"format": "damper-rig/model", "format_version": 1, "name": "stiff", "kind": "physical"}
+    model.write_text(json.dumps({**content, "paths": {"core": [element]}}))
+    arguments = ["design", "harmonic", sine(tmp_path, 0.05, 2.0), "-o", str(tmp_path / "plan.h5"), "--envelope", RIG]
+    assert main(arguments) == 0
+    assert main([*arguments, "--model", str(model)]) == 2
+    assert "force 2.199e+04 N, the limit is 2e+04 N" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["homogenised_passive", "yaw_damper_30_tests"])
+def test_charts_are_one_page_that_opens_offline(name: str, tmp_path: Path) -> None:
+    config = EXAMPLES / f"{name}.toml"
+    plot = tmp_path / "charts.html"
+    command = config.read_text().split()[3]
+    assert main(["design", command, str(config), "-o", str(tmp_path / "x.h5"), "--plot", str(plot)]) == 0
+    page = plot.read_text()
+    assert page.startswith("<!DOCTYPE html>")
+    assert '<script src="http' not in page
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["design", "--from", "absent.h5", "-o", "out.h5"], ["absent.h5"]),
+        (["design", "-o", "out.h5"], ["--from"]),
+        (["design", "--from", "x.h5", "harmonic", "sine.toml", "-o", "out.h5"], ["after 'harmonic'"]),
+        (["design", "--from", "x.h5", "-o", "out.h5", "--scale-to-fit"], ["--scale-to-fit", "--envelope"]),
+        (["design", "harmonic", "sine.toml", "-o", "out.h5", "--scale-to-fit"], ["--scale-to-fit", "--envelope"]),
+        (["design", "harmonic", "sine.toml", "-o", "out.h5", "--model", "m.json"], ["--model", "--envelope"]),
+        (["design", "harmonic", "sine.toml", "-o", "out.h5", "--envelope", "absent.toml"], ["absent.toml"]),
+        (["design", "harmonic", "sine.toml", "-o", "out.h5", "--envelope", "sine.toml"], ["sine.toml", "motion"]),
+        (["design", "harmonic", "sine.toml", "-o", "out.h5", "--plot", "out.png"], ["out.png", ".html"]),
+        (["design", "harmonic", "sine.toml", "-o", "out.h5", "--plot", "absent/out.html"], ["absent"]),
+    ],
+)
+def test_what_cannot_be_done_is_refused_in_one_line_and_leaves_nothing(
+    arguments: list[str],
+    words: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    sine(tmp_path, 0.01, 1.0)
+    assert main(arguments) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1, said.err
+    assert all(word in said.err for word in words), said.err
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["sine.toml"]
