@@ -191,7 +191,7 @@ def _write(
 
         write_plots(plot, made, limits, None if model is None else force_model(model))
         facts["plot"] = str(plot)
-    shown = ", ".join(f"{key} {_shown(value)}" for key, value in facts.items())
+    shown = ", ".join(f"{key} {_shown(value)}" for key, value in facts.items() if not isinstance(value, dict))
     answer(f"{output}: {shown}", {"file": str(output), **facts}, as_json=as_json)
 
 

@@ -510,6 +510,7 @@ def test_a_plan_beyond_the_rig_is_refused_or_scaled(tmp_path: Path) -> None:
 
 COMMAND_OF = {
     "random_phase": "random-phase",
+    "service_record": "random-phase",
     "low_crest": "random-phase",
     "homogenised": "homogenised",
     "homogenised_levels": "homogenised",
