@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import SimulationError
+from identification.physical.control import effective_current
 from identification.physical.elements import Code
 from identification.physical.model import Element, Model, Parameter
+from identification.physical.motion import Motion
 from identification.physical.simulate import simulate, without_hum
 from identification.record import Record
 
@@ -56,13 +58,28 @@ class Evaluation:
 def predict(model: Model, record: Record, *, gradient: bool = False) -> tuple[Floats, Floats | None]:
     """Simulated force in the record's window, (M,), N, and, where asked, its gradient (M, P).
 
-    Mains hum has a phase of its own in every run: it is set to the one that fits this record best.
+    Mains hum has a phase of its own in every run: it is set to the one that fits this record best. So is what the
+    current before the run left in a magnetic circuit with hysteresis.
     """
     if model.has("mains_hum"):
         model = in_phase(model, record)
-    response = simulate(model, record.motion, gradient=gradient)
+    motion = record.motion
+    if model.has("control_hysteresis") and record.has_current:
+        motion = _as_left(model, record)
+    response = simulate(model, motion, gradient=gradient)
     full = response.gradient
     return response.force[record.window], None if full is None else full[record.window]
+
+
+def _as_left(model: Model, record: Record) -> Motion:
+    """The record's motion with the remanence that fits it best: none, or that of a current from below or above."""
+    motions = [replace(record.motion, remanence=r) for r in (0.0, -1.0, 1.0)]
+    control = model.on("control")
+    low, high = (effective_current(control, m.i, m.dt, m.period, m.remanence)[0][record.window] for m in motions[1:])
+    if np.array_equal(low, high):
+        return record.motion
+    rest = [record.measured - simulate(model, m).force[record.window] for m in motions]
+    return motions[int(np.argmin([np.dot(e, e) for e in rest]))]
 
 
 def in_phase(model: Model, record: Record) -> Model:

@@ -15,9 +15,12 @@ from identification.physical.motion import delayed, is_step
 Floats = NDArray[np.float64]
 
 
-def effective_current(elements: Sequence[Element], i: Floats, dt: float, period: int) -> tuple[Floats, Floats]:
+def effective_current(
+    elements: Sequence[Element], i: Floats, dt: float, period: int, remanence: float = 0.0
+) -> tuple[Floats, Floats]:
     """Effective current and its sensitivities to every control parameter, in order.
 
+    `remanence` in −1 … 1 is where a hysteresis stands at the first sample, between the two edges of its width.
     Returns u (N,), A, and du (C, N), A per unit of each of the C parameters.
     """
     u = i.copy()
@@ -25,7 +28,10 @@ def effective_current(elements: Sequence[Element], i: Floats, dt: float, period:
     at = 0
     for e in elements:
         value = e.parameters[0].value
-        u = _APPLY[e.spec.code](u, du[:at], du[at], value, dt, period)
+        if e.spec.code == Code.HYSTERESIS:
+            u = np.asarray(_play_loop(u, du[:at], du[at], value, remanence))
+        else:
+            u = _APPLY[e.spec.code](u, du[:at], du[at], value, dt, period)
         at += len(e.parameters)
     return u, du
 
@@ -75,17 +81,13 @@ def _saturation(u: Floats, du: Floats, own: Floats, i_s: float, dt: float, perio
     return np.asarray(i_s * th)
 
 
-def _hysteresis(u: Floats, du: Floats, own: Floats, width: float, dt: float, period: int) -> Floats:
-    return np.asarray(_play_loop(u, du, own, width))
-
-
 @njit(cache=True)
-def _play_loop(i: Floats, du: Floats, own: Floats, width: float) -> Floats:
+def _play_loop(i: Floats, du: Floats, own: Floats, width: float, remanence: float) -> Floats:
     """Play operator: u stays until i has moved half the width away from it."""
     half = 0.5 * width
     u = np.empty_like(i)
-    u[0] = i[0]
-    own[0] = 0.0
+    u[0] = i[0] + remanence * half
+    own[0] = 0.5 * remanence
     for n in range(1, i.size):
         if i[n] - half > u[n - 1]:
             u[n] = i[n] - half
@@ -105,5 +107,4 @@ _APPLY = {
     Code.LAG: _lag,
     Code.DELAY: _delay,
     Code.SATURATION: _saturation,
-    Code.HYSTERESIS: _hysteresis,
 }

@@ -83,7 +83,7 @@ def _steady_damper(model: Model, motion: Motion, gradient: bool, substeps: int) 
 
 def _damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Response:
     mount, control, core = model.on("mount"), model.on("control"), model.on("core")
-    u, du = effective_current(control, motion.i, motion.dt, motion.period)
+    u, du = effective_current(control, motion.i, motion.dt, motion.period, motion.remanence)
     n_mount = sum(len(e.parameters) for e in mount)
     n_control = du.shape[0]
     codes = np.array([int(e.spec.code) for e in core], dtype=np.int64)
