@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.discrepancy.candidates import admissible, guesses
+from identification.discrepancy.refine import refine_curves, refined, shaped_like
 from identification.discrepancy.scales import scales_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records, predict
-from identification.physical.model import Element, Model, Parameter
+from identification.physical.model import Element, Model
 from identification.record import Record
 
 Floats = NDArray[np.float64]
@@ -98,16 +99,26 @@ def search(
 ) -> Search:
     """Name what `base` is missing on `records` (compact): add while it pays, then swap and drop what does not hold."""
     say = on_progress or (lambda text: None)
-    state = Search(fit=base, names=(), excess=excess_of(base), given=given)
+    if _worth_more(Search(fit=base, names=(), excess=excess_of(base), given=given), records):
+        base = refine_curves(base, records)
+    state = Search(fit=base, names=(), excess=excess_of(base), given=shaped_like(given, base.model))
     while len(state.names) < _MAX_EFFECTS and _worth_more(state, records):
         say(f"{len(state.names)} named so far, the gap is {_over_noise(state):.1f} × the noise of a mean period")
         grown = _add(state, records)
         if grown is None:
             break
-        state = grown
+        state = _refine(grown, records)
         if len(state.names) > 1:
             state = _settle(state, records)
     return state
+
+
+def _refine(state: Search, records: Sequence[Record]) -> Search:
+    """The state with the finer shapes that show once the largest gap has closed."""
+    if not _worth_more(state, records):
+        return state
+    fit = refine_curves(state.fit, records)
+    return replace(state, fit=fit, excess=excess_of(fit), given=shaped_like(state.given, fit.model))
 
 
 def _over_noise(state: Search) -> float:
@@ -170,7 +181,8 @@ def _fitted(
             break
     if not fits:
         return None
-    fits.append(_refined(min(fits, key=lambda f: f.chi2), name, records))
+    raw = min(fits, key=lambda f: f.chi2)
+    fits.append(refined(raw, _last(raw.model, name), records))
     best = min(fits, key=lambda f: f.chi2)
     own = best.model.elements[_last(best.model, name)]
     return Trial(
@@ -184,26 +196,6 @@ def _fitted(
         screened=starts[0][0],
         closed=max(before - excess_of(best), 0.0),
     )
-
-
-def _refined(fit: Fit, name: str, records: Sequence[Record]) -> Fit:
-    """The fit with the finer shape of the element free, where it has one and the data show it; else as it is."""
-    index = _last(fit.model, name)
-    own = fit.model.elements[index]
-    finer = [k for k, spec in enumerate(own.spec.parameters) if spec.refinement]
-    if not finer or excess_of(fit) < _AT_NOISE * fit.samples:
-        return fit
-    slow = scales_of(records, fit.rms).speeds[0]
-    # At zero its gradient vanishes: a step that lands there would stay.
-    free = Parameter(value=0.1 * slow, low=1e-3 * slow, high=2.0 * slow)
-    parameters = tuple(free if k in finer else p for k, p in enumerate(own.parameters))
-    elements = list(fit.model.elements)
-    elements[index] = Element(name, parameters)
-    try:
-        shaped = fit_records(replace(fit.model, elements=tuple(elements)), records, max_iterations=_FIT_ITERATIONS)
-    except SimulationError:
-        return fit
-    return shaped if shaped.chi2 < fit.chi2 - max(10.0, 0.1 * excess_of(fit)) else fit
 
 
 def _starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:

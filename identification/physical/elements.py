@@ -100,6 +100,8 @@ _FREE = -math.inf
 
 # Measured friction does not jump: it builds up over a velocity w_r, zero in the canonical form.
 _BUILD_UP = ParameterSpec("w_r", "m/s", 0.0, default=0.0, refinement=True)
+# Nor does a hysteresis turn over at one point: it does so over a displacement z_r, zero in the canonical form.
+_TURN_OVER = ParameterSpec("z_r", "m", 0.0, default=0.0, refinement=True)
 
 _ROWS: Final = (
     ElementSpec(
@@ -162,6 +164,7 @@ _ROWS: Final = (
             _p("alpha_control", "N/A", _FREE, default=0.0),
             _p("beta", "s/m", _TINY),
             _p("delta", "–"),
+            _TURN_OVER,
         ),
     ),
     ElementSpec(

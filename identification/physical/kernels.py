@@ -145,6 +145,16 @@ def _sliding(w, s, w_r):
 
 
 @_inline
+def _turning(z, z_r):
+    """Side of the middle and its slopes by z and z_r: the sign of z, or smooth where a hysteresis turns over z_r."""
+    if z_r > 0.0:
+        y = np.tanh(z / z_r)
+        slope = (1.0 - y * y) / z_r
+        return y, slope, -slope * z / z_r
+    return (1.0 if z > 0 else (-1.0 if z < 0 else 0.0)), 0.0, 0.0
+
+
+@_inline
 def core_force(codes, offsets, p, z, w, s, u, temperature, memory, dp, dm, modified):
     """Force of the parallel elements and its partial derivatives.
 
@@ -226,18 +236,20 @@ def core_force(codes, offsets, p, z, w, s, u, temperature, memory, dp, dm, modif
             diss += p[o] * abs(w)
             diss_w += p[o] * (1.0 if w > 0 else -1.0)
             dp[o] = abs(w)
-        elif code == _TANH:  # (alpha + alpha_control u) tanh(beta w + delta sgn z)
-            sz = 1.0 if z > 0 else (-1.0 if z < 0 else 0.0)
+        elif code == _TANH:  # (alpha + alpha_control u) tanh(beta w + delta sgn z), or delta tanh(z / z_r)
+            sz, sz_z, sz_r = _turning(z, p[o + 4])
             a = p[o] + p[o + 1] * u
             th = np.tanh(p[o + 2] * w + p[o + 3] * sz)
             g = 1.0 - th * th
             diss += a * th
+            diss_z += a * p[o + 3] * sz_z * g
             diss_w += a * p[o + 2] * g
             diss_u += p[o + 1] * th
             dp[o] = th
             dp[o + 1] = u * th
             dp[o + 2] = a * w * g
             dp[o + 3] = a * sz * g
+            dp[o + 4] = a * p[o + 3] * sz_r * g
         elif code == _BOUC_WEN:  # alpha h
             diss += p[o] * memory[k]
             dm[k] = p[o]

@@ -1,0 +1,61 @@
+"""Finer shapes: a real friction builds up and a real hysteresis turns over, where the canonical forms jump."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from identification.discrepancy.scales import scales_of
+from identification.errors import SimulationError
+from identification.fitting.leastsquares import Fit, fit_records
+from identification.physical.model import Element, Model, Parameter
+from identification.record import Record
+
+_AT_NOISE = 0.02  # excess over noise energy at which a finer shape could not be told
+_PAYS = 0.1  # share of the excess that a finer shape must take away
+_FIT_ITERATIONS = 14
+
+
+def refined(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
+    """The fit with the finer shape of one element free, where it has one and the data show it; else as it is."""
+    own = fit.model.elements[index]
+    finer = [k for k, (s, p) in enumerate(zip(own.spec.parameters, own.parameters, strict=True))
+             if s.refinement and p.fixed]  # fmt: skip
+    excess = fit.chi2 - fit.samples
+    if not finer or excess < _AT_NOISE * fit.samples:
+        return fit
+    free = _start({own.spec.parameters[k].unit for k in finer}, records, fit.rms)
+    parameters = tuple(free if k in finer else p for k, p in enumerate(own.parameters))
+    elements = list(fit.model.elements)
+    elements[index] = Element(own.name, parameters)
+    try:
+        shaped = fit_records(replace(fit.model, elements=tuple(elements)), records, max_iterations=_FIT_ITERATIONS)
+    except SimulationError:
+        return fit
+    return shaped if shaped.chi2 < fit.chi2 - max(10.0, _PAYS * excess) else fit
+
+
+def refine_curves(fit: Fit, records: Sequence[Record]) -> Fit:
+    """The fit with every finer shape free that the data ask for."""
+    for index in range(len(fit.model.elements)):
+        fit = refined(fit, index, records)
+    return fit
+
+
+def shaped_like(model: Model, fitted: Model) -> Model:
+    """`model` with the finer shapes that its elements have in `fitted`, which holds at least the same elements."""
+    fine = list(fitted.elements)
+    elements = []
+    for own in model.elements:
+        twin = next(e for e in fine if e.name == own.name)
+        fine.remove(twin)
+        pairs = zip(own.spec.parameters, own.parameters, twin.parameters, strict=True)
+        elements.append(Element(own.name, tuple(q if s.refinement else p for s, p, q in pairs)))
+    return replace(model, elements=tuple(elements))
+
+
+def _start(units: set[str], records: Sequence[Record], gap: float) -> Parameter:
+    """First value and limits of a build-up: at zero its gradient vanishes, and a step that lands there would stay."""
+    scales = scales_of(records, gap)
+    scale = scales.speeds[0] if units == {"m/s"} else 0.3 * scales.x_rms
+    return Parameter(value=0.1 * scale, low=1e-3 * scale, high=2.0 * scale)
