@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from excitation.errors import ExcitationError
 from identification.errors import IdentificationError
 from rigctl.errors import IdentityError, LimitError, RigError, RunFileError, TransportError, UrlError
-from sim_rig.errors import SimRigError, SpecimenError
+from sim_rig.errors import FaultError, SimRigError, SpecimenError
 
 __all__ = [
     "Conflict",
@@ -90,6 +90,7 @@ OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (LimitError, _BAD_INPUT),
     (RunFileError, _BAD_INPUT),
     (SpecimenError, _BAD_INPUT),
+    (FaultError, _BAD_INPUT),
     (IdentityError, Outcome(502, 1)),
     (TransportError, Outcome(504, 1)),
     (RigError, Outcome(502, 1)),

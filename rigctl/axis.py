@@ -20,6 +20,8 @@ STATE_S = 5.0
 CONNECT_S = 2.0
 STOP_S = 3.0
 POLL_S = 0.01
+RIG_SILENT_S = 0.5  # the rig's heartbeat may stand still for so long
+BEATS_MISSED = 3  # and in so many answers
 UNPOWERED = (RigState.INIT, RigState.DISABLED, RigState.FAULT_DISABLED)
 
 
@@ -29,6 +31,7 @@ class Axis:
     def __init__(self, transport: Transport, clock: Clock, *, stall_s: float) -> None:
         self._transport, self._clock, self._stall_s = transport, clock, stall_s
         self._last: Status | None = None
+        self._beat, self._beat_at, self._beats_missed = -1, clock.now(), 0
         self.run_id = secrets.randbelow(0xFFFF) + 1  # never the one of the run before, which may still be in flight
 
     def identify(self) -> Identity:
@@ -68,13 +71,28 @@ class Axis:
         ends = self._clock.now() + patience_s
         while True:
             try:
-                return self._transport.exchange(block, stream.plan.run_id, stream.captured, CALL_S)
+                reply = self._transport.exchange(block, stream.plan.run_id, stream.captured, CALL_S)
+                break
             except TransportError:
                 if self._clock.now() >= ends:
                     raise
                 stream.rewind()
                 block = stream.next_block()
                 self._clock.sleep(POLL_S)
+        self._feel(reply.heartbeat)
+        if reply.capture.run_id != stream.plan.run_id:
+            raise TransportError(f"{self._transport.url}: the rig was restarted: it knows nothing of this run")
+        return reply
+
+    def _feel(self, heartbeat: int) -> None:
+        """Watch the rig's heartbeat: a wire that answers for a controller that is dead."""
+        now = self._clock.now()
+        if heartbeat != self._beat:
+            self._beat, self._beat_at, self._beats_missed = heartbeat, now, 0
+            return
+        self._beats_missed += 1
+        if now - self._beat_at > RIG_SILENT_S and self._beats_missed >= BEATS_MISSED:
+            raise TransportError(f"{self._transport.url}: the rig's heartbeat stands still, its wire still answers")
 
     def await_state(self, *states: RigState) -> Status:
         """Wait until the rig is in one of the states; RigFault as soon as it reports another fault."""

@@ -9,7 +9,7 @@ from rigctl.can_frames import CLASSIC_BLOCK, FD_BLOCK, FD_CAPTURE
 from rigctl.errors import LimitError
 
 LARGEST: Final = 0.7  # of the bus: the usual rule
-STATUS_HZ: Final = 100.0 + 10.0 + 50.0 + 2 * 20.0  # status, health, control, two heartbeats
+STATUS_HZ: Final = 100.0 + 10.0 + 50.0 + 2 * 20.0  # status, health, requests, two heartbeats
 
 
 def classic_frame_bits(data_bytes: int) -> int:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigctl import scaling
+from rigctl.device import Fault
 from rigctl.packing import from_counts, to_counts
 
 NODE: Final = 1
@@ -29,6 +30,14 @@ SDO_ANSWER: Final = 0x580 + NODE
 SDO_REQUEST: Final = 0x600 + NODE
 RIG_HEARTBEAT: Final = 0x700 + NODE
 HOST_HEARTBEAT: Final = 0x77F
+
+BOOT_UP: Final = 0x00  # states in a heartbeat (CiA 301)
+STOPPED: Final = 0x04
+OPERATIONAL: Final = 0x05
+PRE_OPERATIONAL: Final = 0x7F
+NMT_START: Final = 0x01
+NMT_STOP: Final = 0x02
+HEARTBEAT_S: Final = 0.05
 
 CLASSIC_BLOCK: Final = 256  # set-points between two commits
 FD_BLOCK: Final = 9  # set-points in one frame
@@ -92,6 +101,25 @@ def unpack_status(data: bytes) -> StatusFrame:
         fifo_level=level,
         last_accepted=accepted,
     )
+
+
+EMERGENCY_CODES: Final = {  # CiA 301 and 402; what they do not know is the manufacturer's, 0xFF00 + bit
+    Fault.HEARTBEAT: 0x8130,
+    Fault.FOLLOWING_ERROR: 0x8611,
+    Fault.POSITION_LIMIT: 0x8600,
+    Fault.VELOCITY_LIMIT: 0x8400,
+    Fault.TEMPERATURE: 0x4200,
+    Fault.SENSOR: 0x5000,
+    Fault.EMERGENCY_STOP: 0x9000,
+}
+
+
+def pack_emergency(fault: Fault, sample_index: int) -> bytes:
+    """Tell of the fault that came first; no fault: the last one is over. Error register: bit 0, generic."""
+    if not fault:
+        return struct.pack("<HBBI", 0, 0, 0, sample_index % 2**32)
+    bit = int(fault).bit_length() - 1
+    return struct.pack("<HBBI", EMERGENCY_CODES.get(fault, 0xFF00 + bit), 1, bit, sample_index % 2**32)
 
 
 def pack_control(control: int, run_id: int, alive: int) -> bytes:

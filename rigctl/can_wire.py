@@ -18,7 +18,7 @@ from rigctl.errors import IdentityError, RequestDenied, TransportError, Transpor
 from rigctl.limits import Configuration
 from rigctl.loopback_can import LoopbackBus
 from rigctl.registers import check_identity, identity_from, status_from
-from rigctl.transport import SEQUENCES, CaptureBlock, Identity, Reply, SetpointBlock, Status
+from rigctl.transport import HEARTBEATS, SEQUENCES, CaptureBlock, Identity, Reply, SetpointBlock, Status
 
 SLICE_S = 0.02  # of waiting for one frame
 ACKNOWLEDGE_S = 0.1  # for a block
@@ -46,6 +46,8 @@ class CanTransport:
         self._sdo: dict[int, sdo.Sdo] = {}
         self._status: frames.StatusFrame | None = None
         self._pressure_pa = 0.0
+        self._rig_beats, self._rig_state = 0, frames.BOOT_UP
+        self._told_at = float("-inf")
         self._forget(0)
 
     def _forget(self, run_id: int) -> None:
@@ -54,16 +56,26 @@ class CanTransport:
         self._captured: list[NDArray[np.float64]] = []
         self._half: tuple[int, bytes] | None = None
         self._ends: dict[int, int] = {}  # block sequence → set-points up to its end
-        self._sent = 0
+        self._lost_power = False
 
     def identify(self, deadline_s: float) -> Identity:
         ends = self._clock.now() + deadline_s
+        self._start(ends)
         try:
             head = self._read_block(table.IDENTITY, ends)
         except RequestDenied as error:
             raise IdentityError(f"{self.url}: a foreign device, not a damper rig ({error})") from error
         check_identity(self.url, head)
         return identity_from(head, self._read_block(table.MACHINE_LIMITS, ends))
+
+    def _start(self, ends: float) -> None:
+        """Handshake: nothing is said to a rig whose heartbeat was not seen."""
+        seen = self._rig_beats
+        while self._rig_beats == seen or self._rig_state != frames.OPERATIONAL:
+            if self._clock.now() >= ends:
+                raise TransportTimeout(f"{self.url}: the rig does not answer")
+            self._send([(frames.NMT, bytes([frames.NMT_START, frames.NODE]))])
+            self._take(SLICE_S)
 
     def configure(self, configuration: Configuration, deadline_s: float) -> None:
         ends = self._clock.now() + deadline_s
@@ -150,7 +162,10 @@ class CanTransport:
             fifo_free=0,
             consumed=max(accepted - status.fifo_level, 0),
             refused=refused,
-            capture=CaptureBlock(run_id=self._run_id, first_index=self._next - values.shape[0], values=values),
+            heartbeat=self._rig_beats % HEARTBEATS,
+            capture=CaptureBlock(
+                run_id=0 if self._lost_power else self._run_id, first_index=self._next - values.shape[0], values=values
+            ),
         )
 
     def _drop_acknowledged(self, captured: int) -> None:
@@ -164,6 +179,9 @@ class CanTransport:
             self._bus = None
 
     def _send(self, messages: Sequence[tuple[int, bytes]]) -> None:
+        if self._clock.now() - self._told_at >= frames.HEARTBEAT_S:
+            self._told_at = self._clock.now()
+            messages = [*messages, (frames.HOST_HEARTBEAT, bytes([frames.OPERATIONAL]))]
         made = [
             can.Message(arbitration_id=number, data=data, is_extended_id=False, is_fd=self._fd, bitrate_switch=self._fd)
             for number, data in messages
@@ -200,6 +218,9 @@ class CanTransport:
             self._status = frames.unpack_status(data)
         elif number == frames.HEALTH and len(data) == 8:
             self._pressure_pa = frames.unpack_health(data)[1]
+        elif number == frames.RIG_HEARTBEAT and len(data) == 1:
+            self._rig_beats, self._rig_state = self._rig_beats + 1, data[0]
+            self._lost_power |= data[0] == frames.BOOT_UP
         elif number == frames.SDO_ANSWER:
             answer = sdo.unpack(data)
             if answer is not None:

@@ -255,12 +255,14 @@ READ_HEADER: Final = Block(
         Register(name="fifo_free", address=0x303),
         Register(name="consumed", address=0x304, type="u32"),
         Register(name="first_index", address=0x306, type="u32"),
-        Register(name="samples", address=0x308),  # low byte the count, bit 15 set where the last block was refused
+        Register(name="samples", address=0x308),  # see below
         Register(name="run_id", address=0x309),
         Register(name="crc", address=0x30A, type="u32"),
     ),
 )
-REFUSED: Final = 0x8000
+SAMPLES: Final = 0x00FF  # of the word `samples`: the count
+BEAT: Final = 8  # and from this bit on seven bits of the rig's heartbeat
+REFUSED: Final = 0x8000  # set where the last block was refused
 READ_COUNT: Final = READ_HEADER.count + 7 * CAPTURE_SAMPLES
 
 
@@ -287,7 +289,7 @@ def _seal(block: Block, values: Mapping[str, Value], body: list[int]) -> list[in
 def _opened(block: Block, words: Sequence[int], words_per_sample: int) -> tuple[dict[str, Value], list[int]] | None:
     """Open a window: header and samples, or None where the CRC or the count says that it is damaged."""
     head = block.decode(words[: block.count])
-    count = int(head["samples"]) & 0xFF
+    count = int(head["samples"]) & SAMPLES
     body = list(words[block.count : block.count + count * words_per_sample])
     if len(body) != count * words_per_sample:
         return None
@@ -347,12 +349,12 @@ def decode_write(words: Sequence[int]) -> WriteWindow | None:
     )
 
 
-def encode_read(head: Mapping[str, Value], capture: CaptureBlock, refused: bool) -> list[int]:
+def encode_read(head: Mapping[str, Value], capture: CaptureBlock, refused: bool, heartbeat: int = 0) -> list[int]:
     """Words of the read window: the rig's state, what it accepted, and captured samples."""
     values: dict[str, Value] = {
         **head,
         "first_index": capture.first_index,
-        "samples": capture.samples | (REFUSED if refused else 0),
+        "samples": capture.samples | heartbeat << BEAT | (REFUSED if refused else 0),
         "run_id": capture.run_id,
     }
     words = _seal(READ_HEADER, values, _to_words(capture.values, _CAPTURE, scaling.CAPTURE))

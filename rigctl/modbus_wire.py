@@ -15,7 +15,7 @@ from rigctl.device import Control, Fault, RigState
 from rigctl.errors import IdentityError, RequestDenied, TransportError, TransportTimeout
 from rigctl.limits import Configuration
 from rigctl.registers import check_identity, identity_from, status_from
-from rigctl.transport import Identity, Reply, SetpointBlock, Status
+from rigctl.transport import HEARTBEATS, Identity, Reply, SetpointBlock, Status
 
 # A refusal of the rig itself, as opposed to a failure of the wire.
 ILLEGAL = {1: "illegal function", 2: "illegal address", 3: "illegal value", 4: "device failure", 6: "busy"}
@@ -26,11 +26,13 @@ class ModbusTransport:
 
     block_samples = table.BLOCK_SAMPLES
 
-    def __init__(self, host: str, port: int, *, clock: Clock | None = None) -> None:
+    def __init__(
+        self, host: str, port: int, *, clock: Clock | None = None, client: ModbusTcpClient | None = None
+    ) -> None:
         logging.getLogger("pymodbus").addHandler(logging.NullHandler())  # its errors arrive as exceptions
         self.url = f"modbus://{host}:{port}"
         self._clock = clock or SystemClock()
-        self._client = ModbusTcpClient(host, port=port, retries=0, timeout=1.0)
+        self._client = client or ModbusTcpClient(host, port=port, retries=0, timeout=1.0)
         self._heartbeat = 0
         self._command = 0
 
@@ -120,6 +122,7 @@ class ModbusTransport:
             fifo_free=int(head["fifo_free"]),
             consumed=int(head["consumed"]),
             refused=refused,
+            heartbeat=int(head["samples"]) >> table.BEAT & HEARTBEATS - 1,
             capture=capture,
         )
 

@@ -13,6 +13,7 @@ from rigctl.device import Control, Fault, RigState
 from rigctl.limits import Configuration, Limits
 
 SEQUENCES = 1 << 16
+HEARTBEATS = 1 << 7  # what a reply counts the rig's heartbeat modulo
 NO_SEQUENCE = SEQUENCES - 1  # what the rig reports before it has accepted the first block, number 0
 
 
@@ -105,6 +106,7 @@ class Reply:
     fifo_free: int
     consumed: int
     refused: bool  # the last block was refused: send again from last_accepted + 1
+    heartbeat: int  # of the rig, modulo 128: stands still where its controller does
     capture: CaptureBlock
 
 

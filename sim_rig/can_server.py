@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from typing import TypeAlias
 
 import can
 import numpy as np
@@ -12,11 +13,13 @@ from numpy.typing import NDArray
 from rigctl import can_frames as frames
 from rigctl import modbus_map as table
 from rigctl import sdo
-from rigctl.device import Control
+from rigctl.device import Control, Fault
 from rigctl.errors import LimitError
 from rigctl.loopback_can import LoopbackBus
 from rigctl.transport import SetpointBlock
 from sim_rig.errors import RequestRefused
+from sim_rig.faults import FaultKind
+from sim_rig.faulty_wire import FaultyWire, flip
 from sim_rig.registers import RegisterDevice
 from sim_rig.rig import SimulatedRig
 
@@ -25,6 +28,9 @@ STATUS_S = 0.01
 HEALTH_S = 0.1
 WINDOW = 512  # captured samples that may be under way unacknowledged
 AGAIN_S = 0.15  # without an acknowledgement: sent again from there
+
+
+Frame: TypeAlias = tuple[int, bytes]
 
 
 class CanDevice:
@@ -40,9 +46,23 @@ class CanDevice:
         self._status_at = self._health_at = float("-inf")
         self._last_status = b""
         self._out: list[tuple[int, bytes]] = []
+        self._starts, self._nmt, self._beat_at = 0, frames.PRE_OPERATIONAL, float("-inf")
+        self._told = Fault.NONE
+        self._wires = [FaultyWire(rig.faults, now, self._damage, seed=k) for k in range(2)] if rig.faults else []
 
     def take(self, number: int, data: bytes) -> None:
         """Take in one frame of the host; what it asks for is in the next `give`."""
+        if self._wires:
+            self._wires[0].put((number, data))
+        else:
+            self._obey(number, data)
+
+    def _damage(self, frame: Frame, random: np.random.Generator) -> Frame | None:
+        number, data = frame
+        checked = (frames.CONTROL, frames.STREAM, frames.COMMIT, *((frames.CAPTURE,) if self._fd else ()))
+        return (number, flip(data, 0, random)) if number in checked else None
+
+    def _obey(self, number: int, data: bytes) -> None:
         self._beats = (self._beats + 1) % 0x10000
         if number == frames.CONTROL:
             self._control(data)
@@ -58,10 +78,29 @@ class CanDevice:
             request = sdo.unpack(data)
             if request is not None:
                 self._serve(request)
+        elif number == frames.NMT and data[1:] in (bytes([frames.NODE]), bytes([0])):
+            self._manage(data[0])
 
-    def give(self) -> list[tuple[int, bytes]]:
+    def _manage(self, order: int) -> None:
+        if order == frames.NMT_START:
+            self._nmt, self._beat_at = frames.OPERATIONAL, float("-inf")
+        elif order == frames.NMT_STOP:
+            self._nmt = frames.STOPPED
+            self._rig.command(Control.DISABLE, self._rig.controller.fifo.run_id, self._beats)
+
+    def give(self) -> list[Frame]:
         """Return the frames that are due: answers, status, health, captured samples."""
+        if not self._wires:
+            return self._due()
+        for frame in self._wires[0].take():
+            self._obey(*frame)
+        for frame in self._due():
+            self._wires[1].put(frame)
+        return self._wires[1].take()
+
+    def _due(self) -> list[Frame]:
         now = self._now()
+        self._send_heartbeat(now)
         self._send_captured(now)
         self._send_status(now)
         if now - self._health_at >= HEALTH_S:
@@ -173,6 +212,19 @@ class CanDevice:
         else:
             self._out.extend(frames.pack_capture(values, self._sent))
         self._sent += values.shape[0]
+
+    def _send_heartbeat(self, now: float) -> None:
+        if self._starts != self._rig.starts:
+            self._starts, self._nmt = self._rig.starts, frames.PRE_OPERATIONAL
+            self._parts, self._staged, self._run_id = {}, {}, -1
+            self._out.append((frames.RIG_HEARTBEAT, bytes([frames.BOOT_UP])))
+        if now - self._beat_at >= frames.HEARTBEAT_S and not self._rig.faults.has(FaultKind.HEARTBEAT):
+            self._beat_at = now
+            self._out.append((frames.RIG_HEARTBEAT, bytes([self._nmt])))
+        controller = self._rig.controller
+        if controller.first_fault is not self._told:
+            self._told = controller.first_fault
+            self._out.append((frames.EMERGENCY, frames.pack_emergency(self._told, controller.sample_index)))
 
     def _send_status(self, now: float, *, at_once: bool = False) -> None:
         controller = self._rig.controller

@@ -43,7 +43,7 @@ class Controller:
     Whatever goes wrong, the command decelerates within the limits to a hold set-point, never with a step.
     """
 
-    def __init__(self, plant: Plant, limits: Limits, *, waits: bool) -> None:
+    def __init__(self, plant: Plant, limits: Limits, *, waits: bool, at_m: float = 0.0) -> None:
         self._plant, self._machine, self._waits = plant, limits, waits
         self.state = RigState.DISABLED
         self.faults = self.first_fault = self.standing = Fault.NONE
@@ -51,10 +51,10 @@ class Controller:
         self.fifo, self.store = SetpointFifo(), CaptureStore()
         self.sample_index = self.underruns = self.overruns = 0
         self._control = Control.DISABLE
-        self._setpoint, self._previous_m = np.zeros(2), 0.0  # what is commanded now, and a sample before
+        self._setpoint, self._previous_m = np.array([at_m, 0.0]), at_m  # what is commanded now, and a sample before
         self._path: NDArray[np.float64] = np.empty(0)
         self._detectors = Detectors(limits, self.configuration.sample_rate_hz)
-        self.measured: NDArray[np.float64] = plant.play(np.zeros((4, 2)))[-1]
+        self.measured: NDArray[np.float64] = plant.play(np.tile(self._setpoint, (4, 1)))[-1]
 
     @property
     def rate_hz(self) -> float:

@@ -2,26 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigctl.device import Fault
 from rigctl.limits import Limits
+from sim_rig.sensors import RANGE
 
-DELAY_S: Mapping[Fault, float] = {
-    Fault.POSITION_LIMIT: 0.0,
-    Fault.VELOCITY_LIMIT: 0.005,
-    Fault.FORCE_LIMIT: 0.003,
-    Fault.FOLLOWING_ERROR: 0.02,
-    Fault.TEMPERATURE: 0.5,
-    Fault.PRESSURE: 0.01,
-    Fault.SENSOR: 0.05,
-}
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Detector:
+    """One interlock: what must last for how long, and the fault that it raises; the fault decides on the action."""
+
+    name: str
+    fault: Fault
+    delay_s: float
+
+
+DETECTORS: Final = (
+    Detector(name="sensor out of range", fault=Fault.SENSOR, delay_s=0.003),
+    Detector(name="force sensor stuck", fault=Fault.SENSOR, delay_s=0.05),
+    Detector(name="displacement sensor stuck", fault=Fault.SENSOR, delay_s=0.05),
+    Detector(name="current sensor stuck", fault=Fault.SENSOR, delay_s=0.1),
+    Detector(name="temperature sensor stuck", fault=Fault.SENSOR, delay_s=2.0),  # a step of it is three of its noise
+    Detector(name="position", fault=Fault.POSITION_LIMIT, delay_s=0.0),
+    Detector(name="velocity", fault=Fault.VELOCITY_LIMIT, delay_s=0.005),
+    Detector(name="force", fault=Fault.FORCE_LIMIT, delay_s=0.003),
+    Detector(name="following error", fault=Fault.FOLLOWING_ERROR, delay_s=0.02),
+    Detector(name="temperature", fault=Fault.TEMPERATURE, delay_s=0.5),
+    Detector(name="supply pressure", fault=Fault.PRESSURE, delay_s=0.01),
+)
 OVERTRAVEL_M = 0.003  # measured beyond the limit of the set-points
 PRESSURE_MIN_PA = 5e6
+FULL_SCALE = 0.999 * RANGE[:4]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,38 +70,43 @@ class Detectors:
 
     def __init__(self, limits: Limits, rate_hz: float) -> None:
         self._limits, self._rate_hz = limits, rate_hz
-        self._lasting = dict.fromkeys(DELAY_S, 0)
-        self._last_m: float | None = None
+        self._lasting = [0] * len(DETECTORS)
+        self._last: NDArray[np.float64] | None = None
 
     def watch(self, values: NDArray[np.float64], setpoint_m: NDArray[np.float64]) -> Trip | None:
         """Look at samples (n, 5) with their set-points (n,); the state advances only if nothing trips."""
-        trips, lasting = [], {}
-        for fault, violated in self._violations(values, setpoint_m).items():
-            needed = max(round(DELAY_S[fault] * self._rate_hz), 1)
-            sample, lasting[fault] = first_trip(violated, self._lasting[fault], needed)
-            if sample is not None:
-                trips.append(Trip(fault=fault, sample=sample))
-        if trips:
-            return min(trips, key=lambda trip: trip.sample)
-        self._lasting, self._last_m = lasting, float(values[-1, 1])
-        return None
+        trip, lasting = None, []
+        violations = self._violations(values, setpoint_m)
+        for detector, violated, before in zip(DETECTORS, violations, self._lasting, strict=True):
+            needed = max(round(detector.delay_s * self._rate_hz), 1)
+            sample, now = first_trip(violated, before, needed)
+            lasting.append(now)
+            if sample is not None and (trip is None or sample < trip.sample):
+                trip = Trip(fault=detector.fault, sample=sample)
+        if trip is None:
+            self._lasting, self._last = lasting, values[-1].copy()
+        return trip
 
-    def _violations(
-        self, values: NDArray[np.float64], setpoint_m: NDArray[np.float64]
-    ) -> dict[Fault, NDArray[np.bool_]]:
+    def _violations(self, values: NDArray[np.float64], setpoint_m: NDArray[np.float64]) -> list[NDArray[np.bool_]]:
+        """Say, detector by detector, at which samples it is violated; a sensor out of range says nothing else."""
         limits = self._limits
+        before = np.concatenate([values[:1] + 1.0 if self._last is None else self._last[None], values[:-1]])
+        stuck = values[:, :4] == before[:, :4]
+        false = ~(np.abs(values[:, :4]) < FULL_SCALE)  # the negation catches NaN too
         force, x, temperature, pressure = values[:, 0], values[:, 1], values[:, 3], values[:, 4]
-        velocity = np.abs(np.diff(x, prepend=x[0] if self._last_m is None else self._last_m)) * self._rate_hz
-        return {
-            Fault.POSITION_LIMIT: (x > limits.position_max_m + OVERTRAVEL_M)
-            | (x < limits.position_min_m - OVERTRAVEL_M),
-            Fault.VELOCITY_LIMIT: velocity > 1.1 * limits.velocity_m_s,
-            Fault.FORCE_LIMIT: np.abs(force) > limits.force_n,
-            Fault.FOLLOWING_ERROR: np.abs(x - setpoint_m) > limits.following_error_m,
-            Fault.TEMPERATURE: temperature > limits.temperature_max_degc,
-            Fault.PRESSURE: pressure < PRESSURE_MIN_PA,
-            Fault.SENSOR: np.logical_not(np.all(np.isfinite(values), axis=1)),
-        }
+        first = x[0] if self._last is None else self._last[1]
+        velocity = np.abs(np.diff(x, prepend=first)) * self._rate_hz
+        beyond = (x > limits.position_max_m + OVERTRAVEL_M) | (x < limits.position_min_m - OVERTRAVEL_M)
+        return [
+            false.any(axis=1),
+            *(stuck[:, k] for k in range(4)),
+            beyond & ~false[:, 1],
+            (velocity > 1.1 * limits.velocity_m_s) & ~false[:, 1],
+            (np.abs(force) > limits.force_n) & ~false[:, 0],
+            (np.abs(x - setpoint_m) > limits.following_error_m) & ~false[:, 1],
+            (temperature > limits.temperature_max_degc) & ~false[:, 3],
+            pressure < PRESSURE_MIN_PA,
+        ]
 
 
 def first_trip(violated: NDArray[np.bool_], lasting: int, needed: int) -> tuple[int | None, int]:

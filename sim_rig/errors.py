@@ -2,6 +2,7 @@
 
 SimRigError
 ├── SpecimenError    a specimen or an effect that does not exist
+├── FaultError       a fault that cannot be ordered
 └── RequestRefused   a request that the rig's state does not allow; the wire answers with its own refusal
 """
 
@@ -14,6 +15,10 @@ class SimRigError(Exception):
 
 class SpecimenError(SimRigError, ValueError):
     """A specimen or an effect that does not exist, or a size that cannot be."""
+
+
+class FaultError(SimRigError, ValueError):
+    """A fault that cannot be ordered: it does not exist, or its value cannot be."""
 
 
 class RequestRefused(SimRigError):

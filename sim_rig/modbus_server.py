@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Callable
-from typing import cast
+from typing import Any, cast
 
+import numpy as np
 from pymodbus.constants import ExcCodes
 from pymodbus.server import ModbusTcpServer
 from pymodbus.server.requesthandler import ServerRequestHandler
@@ -15,17 +16,19 @@ from pymodbus.simulator import DataType, SimData, SimDevice
 from rigctl import modbus_map as table
 from rigctl.errors import LimitError
 from sim_rig.errors import RequestRefused, SimRigError
+from sim_rig.faulty_wire import FaultyWire, flip
 from sim_rig.registers import RegisterDevice
 from sim_rig.rig import SimulatedRig
 
 TICK_S = 0.005
+BLOCK_EXCHANGE = 0x17  # FC23
 
 
 class _Access:
     """What pymodbus calls for every read and write."""
 
-    def __init__(self, rig: SimulatedRig) -> None:
-        self._rig, self._registers = rig, RegisterDevice(rig)
+    def __init__(self, rig: SimulatedRig, soon: Callable[[Callable[[], None]], object]) -> None:
+        self._rig, self._registers, self._soon = rig, RegisterDevice(rig), soon
 
     async def access(
         self,
@@ -41,7 +44,7 @@ class _Access:
             if values:
                 self._registers.write(address, list(values))
                 if address == table.WRITE_HEADER.address:
-                    asyncio.get_running_loop().call_soon(self._rig.tick)  # play on while the answer is under way
+                    self._soon(self._rig.tick)  # play on while the answer is under way
             else:
                 for block, words in self._registers.read(address, count):
                     registers[block.address - start : block.address - start + len(words)] = words
@@ -63,6 +66,19 @@ def registers() -> list[SimData]:
     ]
 
 
+def device(rig: SimulatedRig, soon: Callable[[Callable[[], None]], object]) -> SimDevice:
+    """Put a rig behind the registers of the map; `soon` calls back once an answer is under way."""
+    return SimDevice(id=table.UNIT, simdata=registers(), action=_Access(rig, soon).access)
+
+
+def damage(frame: bytes, random: np.random.Generator) -> bytes | None:
+    """Flip a bit in a window of FC23; nothing else has a checksum of ours, so TCP's discards it."""
+    if len(frame) < 8 or frame[7] != BLOCK_EXCHANGE:
+        return None
+    window = 17 if int.from_bytes(frame[8:10]) == table.READ_HEADER.address else 9
+    return flip(frame, window, random)
+
+
 class _Connection(ServerRequestHandler):
     """Answers in the loop that received the request: pymodbus would wake itself through a socket first."""
 
@@ -70,8 +86,49 @@ class _Connection(ServerRequestHandler):
         self._answering = asyncio.get_running_loop().create_task(self.handle_request())  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
 
 
+class _FaultyConnection(_Connection):
+    """A connection over a wire that does not behave."""
+
+    def __init__(self, server: _Server, rig: SimulatedRig, seed: int) -> None:
+        super().__init__(server, server.trace_packet, server.trace_pdu, server.trace_connect)  # type: ignore[no-untyped-call]
+        now = asyncio.get_running_loop().time
+        self._requests, self._answers = (FaultyWire(rig.faults, now, damage, seed=2 * seed + k) for k in range(2))
+        self._send_now = self.low_level_send
+        self.low_level_send = self._send_in_time
+
+    def callback_data(self, data: bytes, addr: tuple[Any, ...] | None = None) -> int:  # Any: pymodbus's address
+        self._requests.put(data)
+        self._arrive()
+        return len(data)
+
+    def _arrive(self) -> None:
+        for data in self._requests.take():
+            super().callback_data(data)
+        self._again(self._requests, self._arrive)
+
+    def _send_in_time(self, data: bytes, addr: tuple[Any, ...] | None = None) -> None:
+        self._answers.put(data)
+        self._leave()
+
+    def _leave(self) -> None:
+        for data in self._answers.take():
+            self._send_now(data)
+        self._again(self._answers, self._leave)
+
+    def _again(self, wire: FaultyWire[bytes], what: Callable[[], None]) -> None:
+        if wire.due_s is not None:
+            asyncio.get_running_loop().call_later(wire.due_s + 1e-3, what)
+
+
 class _Server(ModbusTcpServer):
+    def __init__(self, rig: SimulatedRig, host: str, port: int) -> None:
+        super().__init__(device(rig, asyncio.get_running_loop().call_soon), address=(host, port))
+        self._rig, self._connections = rig, 0
+
     def callback_new_connection(self) -> ServerRequestHandler:
+        self._connections += 1
+        if self._rig.faults:
+            return _FaultyConnection(self, self._rig, self._connections)
         return _Connection(self, self.trace_packet, self.trace_pdu, self.trace_connect)  # type: ignore[no-untyped-call]
 
 
@@ -86,8 +143,7 @@ async def serve_modbus(
         When the address cannot be listened on.
     """
     logging.getLogger("pymodbus").addHandler(logging.NullHandler())
-    device = SimDevice(id=table.UNIT, simdata=registers(), action=_Access(rig).access)
-    server = _Server(device, address=(host, port))
+    server = _Server(rig, host, port)
     try:
         await server.serve_forever(background=True)
     except (RuntimeError, OSError) as error:

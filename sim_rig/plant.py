@@ -18,6 +18,7 @@ from sim_rig.sensors import Noise, read
 
 INNER_HZ: Final = 16e3
 SUPPLY_PA: Final = 21e6
+JAMMED_M_S: Final = 1e-3  # what a jammed valve still lets through
 # Places in the small state of this kernel.
 COMMAND, SPEED, CELL, RISING_X, RISING_F, CURRENT = range(6)
 
@@ -94,6 +95,7 @@ class SimulatedPlant:
         self._specimen, self._noise, self._seed = specimen, noise, seed
         self._machine = machine or Actuator()
         self._runs = 0
+        self.jammed = False  # the valve does not open any more
         self.set_rate(1000.0)
         body = np.zeros(damper.STATE)
         body[damper.BODY], body[damper.SIGN], body[damper.TRAVEL] = start_degc, 1.0, 1.0
@@ -102,6 +104,10 @@ class SimulatedPlant:
     def set_rate(self, rate_hz: float) -> None:
         """Sample at another rate; the fine step stays near 1/16 ms."""
         self._rate_hz, self._fine = rate_hz, math.ceil(INNER_HZ / rate_hz)
+
+    def heat(self, degc: float) -> None:
+        """Bring the damper to a temperature at once."""
+        self._state.body[damper.BODY] = degc
 
     def begin_run(self) -> None:
         self._runs += 1
@@ -112,7 +118,7 @@ class SimulatedPlant:
         truth = np.empty((setpoints.shape[0], 5))
         state = self._state
         play(
-            self._machine,
+            self._machine._replace(speed_m_s=JAMMED_M_S) if self.jammed else self._machine,
             self._specimen,
             state.axis,
             state.body,

@@ -142,4 +142,4 @@ class RegisterDevice:
             "fifo_free": reply.fifo_free,
             "consumed": reply.consumed,
         }
-        return table.encode_read(head, reply.capture, self._refused)
+        return table.encode_read(head, reply.capture, self._refused, reply.heartbeat)

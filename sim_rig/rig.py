@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 from rigctl.device import Control, Fault, RigState
 from rigctl.limits import Configuration, Limits
-from rigctl.transport import Capability, Identity, Reply, SetpointBlock, Status
+from rigctl.transport import HEARTBEATS, Capability, Identity, Reply, SetpointBlock, Status
 from sim_rig.clock import Pace
 from sim_rig.controller import Controller, Plant
+from sim_rig.faults import FaultKind, Faults
 from sim_rig.fifo import CAPTURE_SAMPLES, FIFO_SAMPLES
 
 POLL_SAMPLES = 100  # what a poll lets a waiting clock advance between runs
@@ -20,13 +21,24 @@ POWERED = (RigState.HOLD, RigState.ACTIVE)
 class SimulatedRig:
     """A controller with a clock and a watchdog; every wire and every test talks to it through these calls."""
 
-    def __init__(self, plant: Plant, *, speed: float, now: Callable[[], float], serial: str = "1") -> None:
+    def __init__(
+        self,
+        plant: Plant,
+        *,
+        speed: float,
+        now: Callable[[], float],
+        serial: str = "1",
+        faults: Faults | None = None,
+    ) -> None:
         self._now, self._pace = now, Pace(speed, now)
+        self._plant, self.faults = plant, faults or Faults()
         self.controller = Controller(plant, MACHINE, waits=self._pace.waits)
+        self.starts = 1  # how often it was switched on
         self._serial = serial
         self._beat_value, self._beat_at = -1, now()
         self.crc_errors = 0
         self.heartbeat = 0
+        self._dark = False
 
     def identity(self) -> Identity:
         return Identity(
@@ -88,6 +100,7 @@ class SimulatedRig:
             fifo_free=controller.fifo.free,
             consumed=controller.fifo.consumed,
             refused=refused,
+            heartbeat=self.heartbeat % HEARTBEATS,
             capture=controller.fetch(most),
         )
 
@@ -119,7 +132,10 @@ class SimulatedRig:
 
     def tick(self) -> None:
         """Do what the clock and the watchdog ask for; a server calls this every few milliseconds."""
-        self.heartbeat = (self.heartbeat + 1) % 0x10000
+        if self.faults:
+            self._suffer()
+        if not self.faults.has(FaultKind.HEARTBEAT):
+            self.heartbeat = (self.heartbeat + 1) % 0x10000
         controller = self.controller
         silent = self._now() - self._beat_at
         # A clock that waits for the host moves nothing meanwhile: it may be patient with a busy computer.
@@ -129,7 +145,31 @@ class SimulatedRig:
         if not self._pace.waits or controller.state.moving:
             self._go_on()
 
+    def _suffer(self) -> None:
+        """Let happen what was ordered and no sample shows: the emergency stop, the loss of power."""
+        stops = self.faults.of(FaultKind.EMERGENCY_STOP)
+        if stops:
+            pressed = any(self.faults.left_s(order) > 0 for order in stops)
+            if pressed != bool(self.controller.standing & Fault.EMERGENCY_STOP):
+                self.controller.stand(Fault.EMERGENCY_STOP, pressed)
+        if self.faults.offline and not self._dark:
+            self._dark = True
+            self._lose_power()
+        elif self._dark and not self.faults.offline:
+            self._dark = False
+            self._pace.restart(self.controller.rate_hz)
+            self.starts += 1
+
+    def _lose_power(self) -> None:
+        """Be as after a start: disabled where the piston stands, with no memory of any run."""
+        self.controller = Controller(
+            self._plant, MACHINE, waits=self._pace.waits, at_m=float(self.controller.measured[1])
+        )
+        self._beat_value, self._beat_at = -1, self._now()
+
     def _go_on(self) -> None:
+        if self._dark:
+            return
         due = self._pace.due()
         if self._pace.waits and self.controller.state is RigState.ACTIVE:
             due = min(due, self.controller.fifo.level)  # never beyond the stream into the hold after it

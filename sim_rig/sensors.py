@@ -7,7 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rigctl import scaling
+
 RANGE = np.array([50e3, 0.125, 3.0, 200.0, 35e6])  # ± full scale: N, m, A, degC, Pa
+RESOLUTION = np.array(scaling.CAPTURE)  # of the converters; the wire's counts are the same
+LIVE_ZERO = -1.05  # of full scale: what a converter reads where the cable is broken
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,6 +30,7 @@ class Noise:
 
 
 def read(truth: NDArray[np.float64], noise: Noise, random: np.random.Generator) -> NDArray[np.float64]:
-    """Give what is measured for true values (n, 5): white noise added, clipped to the sensors' ranges."""
+    """Give what is measured for true values (n, 5): white noise added, in steps of the resolution, clipped to range."""
     measured = truth + random.standard_normal(truth.shape) * noise.row
-    return np.clip(measured, -RANGE, RANGE)
+    quantised: NDArray[np.float64] = np.clip(np.round(measured / RESOLUTION) * RESOLUTION, -RANGE, RANGE)
+    return quantised

@@ -14,6 +14,8 @@ from rigctl.address import CanAddress, can_address, host_and_port, open_bus
 from rigctl.errors import UrlError
 from sim_rig.draw import Truth, draw, write_truth
 from sim_rig.errors import SimRigError
+from sim_rig.faults import Faults, fault_order
+from sim_rig.faulty_plant import FaultyPlant
 from sim_rig.modbus_server import serve_modbus
 from sim_rig.plant import SimulatedPlant
 from sim_rig.rig import SimulatedRig
@@ -21,13 +23,24 @@ from sim_rig.specimens import SPECIMENS
 
 
 def build_rig(
-    specimen: str, *, hide: Sequence[str], seed: int, speed: float, now: Callable[[], float]
+    specimen: str,
+    *,
+    hide: Sequence[str],
+    seed: int,
+    speed: float,
+    now: Callable[[], float],
+    faults: Sequence[str] = (),
 ) -> tuple[SimulatedRig, Truth]:
-    """Make a rig with a specimen in it, and the truth about it; SpecimenError for a name that does not exist."""
+    """Make a rig with a specimen in it, and the truth about it.
+
+    Raises SpecimenError, FaultError: for a name that does not exist.
+    """
+    ordered = Faults([fault_order(text) for text in faults], now=now)
     truth = draw(specimen, hide, seed)
     noise = SPECIMENS[specimen].noise
     plant = SimulatedPlant(truth.damper, noise, seed=seed, start_degc=truth.start_degc)
-    return SimulatedRig(plant, speed=speed, now=now, serial=str(seed)), truth
+    failing = FaultyPlant(plant, ordered) if ordered else plant
+    return SimulatedRig(failing, speed=speed, now=now, serial=str(seed), faults=ordered), truth
 
 
 def serve(
@@ -38,20 +51,22 @@ def serve(
     seed: int = 1,
     speed: float = 1.0,
     reveal: str | os.PathLike[str] | None = None,
+    faults: Sequence[str] = (),
     on_ready: Callable[[str], None] = lambda url: None,
 ) -> None:
     """Serve a simulated rig until SIGTERM or SIGINT; `on_ready` gets the address once a connection is accepted.
 
     `hide` names effects, or ``random``; what was drawn is told to nobody, unless `reveal` names a file for it.
+    `faults` are what goes wrong, as :func:`sim_rig.faults.fault_order` reads them.
 
     Raises
     ------
-    SpecimenError, UrlError, SimRigError
-        For a specimen, an effect, an address or a speed that cannot be, before anything listens.
+    SpecimenError, FaultError, UrlError, SimRigError
+        For a specimen, an effect, a fault, an address or a speed that cannot be, before anything listens.
     """
     over_can = can_address(url) if url.startswith("can:") else None
     host, port = ("", 0) if over_can is not None else host_and_port(url)
-    rig, truth = build_rig(specimen, hide=hide, seed=seed, speed=speed, now=time.monotonic)
+    rig, truth = build_rig(specimen, hide=hide, seed=seed, speed=speed, now=time.monotonic, faults=faults)
     if reveal is not None:
         write_truth(truth, Path(reveal))
     if over_can is not None:

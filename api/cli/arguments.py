@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 __all__ = ["spread"]
 
-SEVERAL = ("--held-out", "--hide")
+SEVERAL = ("--held-out", "--hide", "--fault")
 
 
 def spread(arguments: Sequence[str]) -> list[str]:

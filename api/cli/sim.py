@@ -11,7 +11,12 @@ __all__ = ["sim"]
 
 
 def sim(
-    listen: Annotated[str, typer.Option(help="Where to listen: modbus://HOST:PORT; port 0 takes a free one.")],
+    listen: Annotated[
+        str,
+        typer.Option(
+            help="Where to listen: modbus://HOST:PORT (port 0 takes a free one) or can://loopback/NAME?fd=true."
+        ),
+    ],
     specimen: Annotated[str, typer.Option(help="The damper in the rig.")] = "semi-active",
     hide: Annotated[
         list[str] | None, typer.Option(help="An effect that the damper has; 'random' draws one by the seed.")
@@ -20,6 +25,13 @@ def sim(
     speed: Annotated[float, typer.Option(help="How many times faster than real time the rig's clock runs.")] = 1.0,
     reveal: Annotated[
         Path | None, typer.Option(metavar="FILE.json", help="Write there what is hidden; nobody is told otherwise.")
+    ] = None,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME[@SECONDS][:VALUE]",
+            help="What goes wrong, and when on the rig's clock after the first run began: emergency_stop@3, lost:0.01.",
+        ),
     ] = None,
     with_parent: Annotated[
         bool, typer.Option(help="End when standard input closes: when the program that started it has ended.")
@@ -42,6 +54,7 @@ def sim(
         seed=seed,
         speed=speed,
         reveal=reveal,
+        faults=tuple(fault or ()),
         on_ready=_ready,
     )
 

@@ -15,6 +15,7 @@ import rigctl
 from rigctl import can_frames as frames
 from rigctl import scaling
 from rigctl.bus_load import bus_load, check_bus
+from rigctl.device import Fault
 from rigctl.errors import LimitError
 
 FOLDER = Path(rigctl.__file__).parent
@@ -61,6 +62,22 @@ def test_status_frames_agree_with_the_dbc(
     assert frames.unpack_status(data) == status
     decoded = CLASSIC.decode_message("status", data)
     assert (decoded["state"], decoded["fault_word"], decoded["last_accepted"]) == (state, faults, accepted)
+
+
+@given(st.sampled_from([*Fault]), st.integers(0, 2**32 - 1))
+def test_emergency_frames_agree_with_the_dbc_and_name_the_fault(fault: Fault, index: int) -> None:
+    decoded = CLASSIC.decode_message("emergency", frames.pack_emergency(fault, index))
+    assert (1 << decoded["fault_bit"], decoded["sample_index"]) == (fault, index)
+    assert decoded["code"] != 0
+    assert CLASSIC.decode_message("emergency", frames.pack_emergency(Fault.NONE, index))["code"] == 0
+
+
+@pytest.mark.parametrize("table", [CLASSIC, FD])
+def test_every_identifier_of_the_dbc_is_the_one_on_the_wire(table: Any) -> None:
+    ids = {message.name: message.frame_id for message in table.messages}
+    assert (ids["nmt"], ids["emergency"]) == (frames.NMT, frames.EMERGENCY)
+    assert (ids["rig_heartbeat"], ids["host_heartbeat"]) == (frames.RIG_HEARTBEAT, frames.HOST_HEARTBEAT)
+    assert (ids["control"], ids["status"], ids["health"]) == (frames.CONTROL, frames.STATUS, frames.HEALTH)
 
 
 @given(count32, count16, u16)

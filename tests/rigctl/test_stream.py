@@ -49,6 +49,7 @@ class Rig:
             fifo_free=self.fifo.free,
             consumed=self.fifo.consumed,
             refused=refused,
+            heartbeat=0,
             capture=self.store.fetch(most),
         )
 
@@ -101,6 +102,7 @@ def reply(accepted: int, consumed: int = 0, *, refused: bool = False, capture: C
         fifo_free=0,
         consumed=consumed,
         refused=refused,
+        heartbeat=0,
         capture=capture or nothing,
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from excitation.plan import Test
 from excitation.signal import Excitation, Kind
+from sim_rig.faults import Faults, fault_order
+from sim_rig.faulty_plant import FaultyPlant
 from sim_rig.plant import SimulatedPlant
 from sim_rig.rig import SimulatedRig
 from sim_rig.specimens import SPECIMENS
@@ -39,13 +41,26 @@ class LoggedPlant(SimulatedPlant):
         found = SPECIMENS["semi-active"]
         super().__init__(found.damper, found.noise, seed=seed, start_degc=25.0)
         self.commands: list[NDArray[np.float64]] = []
+        self.measured: list[NDArray[np.float64]] = []
 
     def play(self, setpoints: NDArray[np.float64]) -> NDArray[np.float64]:
         self.commands.append(setpoints[:, 0].copy())
-        return super().play(setpoints)
+        values = super().play(setpoints)
+        self.measured.append(values[:, 1].copy())
+        return values
+
+    @property
+    def travelled_m(self) -> NDArray[np.float64]:
+        """Where the piston truly was, whatever a failing sensor says."""
+        return np.concatenate(self.measured)
+
+    def snapshot(self) -> object:
+        return super().snapshot(), len(self.commands)
 
     def restore(self, snapshot: object) -> None:
-        self.commands.pop()
+        assert isinstance(snapshot, tuple)
+        snapshot, played = snapshot
+        del self.commands[played:], self.measured[played:]
         super().restore(snapshot)
 
     def fastest_m_s(self, rate_hz: float = 1000.0) -> float:
@@ -58,10 +73,12 @@ class LoggedPlant(SimulatedPlant):
 class Bench:
     """A simulated rig, its clock, and a log of what it commanded."""
 
-    def __init__(self, *, speed: float = 20.0, seed: int = 3) -> None:
+    def __init__(self, *, speed: float = 20.0, seed: int = 3, faults: Sequence[str] = ()) -> None:
         self.clock = FakeClock()
         self.plant = LoggedPlant(seed)
-        self.rig = SimulatedRig(self.plant, speed=speed, now=self.clock.now)
+        ordered = Faults([fault_order(text) for text in faults], now=self.clock.now)
+        plant = FaultyPlant(self.plant, ordered) if ordered else self.plant
+        self.rig = SimulatedRig(plant, speed=speed, now=self.clock.now, faults=ordered)
 
     def wait(self, seconds: float) -> None:
         """Let time go by with nobody at the wire."""

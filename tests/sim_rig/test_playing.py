@@ -28,7 +28,9 @@ from rigctl.limits import Limits
 from rigctl.player import PlayerSettings, play
 from rigctl.progress import Phase, Progress
 from rigctl.runfile import Run, read_run
+from rigctl.transport import Transport
 from sim_rig.direct import DirectTransport
+from tests.sim_rig.virtual import WIRES, wire_to
 
 QUICK = PlayerSettings(ramp_s=0.1)
 
@@ -89,20 +91,28 @@ def test_a_second_run_of_a_test_never_overwrites_the_first(
 class FailNth:
     """Fails calls of a transport: the request is lost, or its answer, once or for good."""
 
-    block_samples, url = 28, "failing"
+    url = "failing"
 
-    def __init__(self, inner: DirectTransport, nth: int, *, answer: bool, for_good: bool) -> None:
-        self.inner, self.nth, self.answer, self.for_good, self.calls = inner, nth, answer, for_good, 0
+    def __init__(self, inner: Transport, clock: Any, nth: int, *, answer: bool, for_good: bool) -> None:
+        self.inner, self.clock, self.nth, self.answer, self.for_good, self.calls = (
+            inner,
+            clock,
+            nth,
+            answer,
+            for_good,
+            0,
+        )
+        self.block_samples = inner.block_samples
 
     def _call(self, name: str, *args: Any) -> Any:
         self.calls += 1
         fails = self.calls == self.nth or (self.for_good and self.calls > self.nth)
         if fails and not self.answer:
-            self.inner._clock.sleep(args[-1])
+            self.clock.sleep(args[-1])
             raise TransportTimeout("the request was lost")
         result = getattr(self.inner, name)(*args)
         if fails:
-            self.inner._clock.sleep(args[-1])
+            self.clock.sleep(args[-1])
             raise TransportTimeout("the answer was lost")
         return result
 
@@ -132,16 +142,18 @@ def assert_nothing_left_its_limits(bench: Any) -> None:
     assert bench.plant.fastest_m_s() < 1.0
     commands = np.concatenate(bench.plant.commands)
     assert np.max(np.abs(commands)) < 0.02
+    assert np.max(np.abs(bench.plant.travelled_m)) < 0.02
 
 
+@pytest.mark.parametrize("name", WIRES)
 @pytest.mark.parametrize("answer", [False, True])
 def test_whichever_single_call_fails_the_run_is_complete_and_exact(
-    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, answer: bool
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, answer: bool, name: str
 ) -> None:
     test = a_sine(150)
     for nth in count(1):
         b = bench(speed=20.0)
-        wire = FailNth(DirectTransport(b.rig, b.clock), nth, answer=answer, for_good=False)
+        wire = FailNth(wire_to(name, b.rig, b.clock), b.clock, nth, answer=answer, for_good=False)
         run = play_on(b, test, tmp_path / str(nth), wire=wire)
         assert (run.status, run.samples) == ("complete", 150)
         expected = test.excitation.displacement_m
@@ -153,14 +165,14 @@ def test_whichever_single_call_fails_the_run_is_complete_and_exact(
             return
 
 
-@pytest.mark.parametrize("speed", [1.0, 20.0])
+@pytest.mark.parametrize(("speed", "name"), [(1.0, "direct"), *((20.0, name) for name in WIRES)])
 def test_from_whichever_call_the_wire_is_dead_the_rig_ends_safe_and_the_file_is_true(
-    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, speed: float
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, speed: float, name: str
 ) -> None:
     test = a_sine(150)
     for nth in count(1, 1 if speed > 1 else 11):  # in real time a rig that goes on for seconds costs as much
         b, out = bench(speed=speed), tmp_path / str(nth)
-        wire = FailNth(DirectTransport(b.rig, b.clock), nth, answer=False, for_good=True)
+        wire = FailNth(wire_to(name, b.rig, b.clock), b.clock, nth, answer=False, for_good=True)
         error: RigError | None = None
         try:
             play_on(b, test, out, wire=wire)
@@ -171,8 +183,8 @@ def test_from_whichever_call_the_wire_is_dead_the_rig_ends_safe_and_the_file_is_
         assert b.rig.controller.at_rest
         assert_nothing_left_its_limits(b)
         files = names(out)
-        for name in files:
-            run = read_run(out / name)
+        for file in files:
+            run = read_run(out / file)
             assert run.status == ("complete" if error is None else "truncated") or run.samples == 150
             np.testing.assert_array_equal(
                 run.channels["displacement_command"], test.excitation.displacement_m[: run.samples]
