@@ -149,7 +149,7 @@ def admissible(model: Model, records: Sequence[Record], scales: Scales) -> list[
         blind = spec.needs_current and not (current and (name == "valve_damping" or model.needs_current))
         cold = name == "temperature_fade" and not _temperature_varies(records)
         offset = name == "force_offset" and _free_offset(model)
-        if not (taken or blind or cold or offset):
+        if spec.nameable and not (taken or blind or cold or offset):
             names.append(name)
     return names
 

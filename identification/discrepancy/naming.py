@@ -25,7 +25,9 @@ FORM_TOLERANCE = 0.06
 published forms of the same effect (three forms each of friction, gas spring, valve knee and hysteresis lie within)."""
 
 _MATERIAL = 0.003  # of rms force: what matters to nobody is no discrepancy
-_CLOSES = 0.4  # an element is added only if it closes this share of the excess that is left
+_CLOSES = 0.4  # an element that stands alone must close this share of the excess that is left
+_HELPS = 0.08  # less will do for one of several, if all of them together explain the gap
+_EXPLAINED = 0.1  # share of the base's excess that several names together may leave
 _MAX_EFFECTS = 4
 _SHORTLIST = 6
 _FIT_ITERATIONS = 14
@@ -101,16 +103,18 @@ def search(
     say = on_progress or (lambda text: None)
     if _worth_more(Search(fit=base, names=(), excess=excess_of(base), given=given), records):
         base = refine_curves(base, records)
-    state = Search(fit=base, names=(), excess=excess_of(base), given=shaped_like(given, base.model))
+    state = sure = Search(fit=base, names=(), excess=excess_of(base), given=shaped_like(given, base.model))
     while len(state.names) < _MAX_EFFECTS and _worth_more(state, records):
         say(f"{len(state.names)} named so far, the gap is {_over_noise(state):.1f} × the noise of a mean period")
-        grown = _add(state, records)
+        before, grown = state, _add(state, records)
         if grown is None:
             break
         state = _refine(grown, records)
         if len(state.names) > 1:
             state = _settle(state, records)
-    return state
+        if sure is before and state.excess < (1.0 - _CLOSES) * before.excess:
+            sure = state
+    return state if state.excess < _EXPLAINED * excess_of(base) else sure
 
 
 def _refine(state: Search, records: Sequence[Record]) -> Search:
@@ -181,9 +185,9 @@ def _fitted(
             break
     if not fits:
         return None
-    raw = min(fits, key=lambda f: f.chi2)
+    raw = min(fits, key=_merit)
     fits.append(refined(raw, _last(raw.model, name), records))
-    best = min(fits, key=lambda f: f.chi2)
+    best = min(fits, key=_merit)
     own = best.model.elements[_last(best.model, name)]
     return Trial(
         name=name,
@@ -196,6 +200,11 @@ def _fitted(
         screened=starts[0][0],
         closed=max(before - excess_of(best), 0.0),
     )
+
+
+def _merit(fit: Fit) -> tuple[bool, float]:
+    """What makes one fit better than another: first that its last element is what its name says, then the misfit."""
+    return any(_denies(e) for e in fit.model.elements), fit.chi2
 
 
 def _starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:
@@ -238,7 +247,10 @@ def complexity(trial: Trial) -> float:
 
 def contradicts_itself(trial: Trial) -> bool:
     """Whether the fit turned the element into something that its name denies: a Stribeck curve that doesn't fall."""
-    own = trial.fit.model.elements[_last(trial.fit.model, trial.name)]
+    return _denies(trial.fit.model.elements[_last(trial.fit.model, trial.name)])
+
+
+def _denies(own: Element) -> bool:
     return own.name == "stribeck_friction" and own.value("f_s") <= 1.05 * own.value("f_c")
 
 
@@ -259,7 +271,7 @@ def _add(state: Search, records: Sequence[Record]) -> Search | None:
     if chosen is None:
         return None
     closed = (state.excess - chosen.excess) / state.excess
-    if closed < _CLOSES:
+    if closed < _HELPS:
         return None
     move = Move(
         kind="add",
