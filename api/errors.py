@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 from excitation.errors import ExcitationError
 from identification.errors import IdentificationError
-from rigctl.errors import IdentityError, LimitError, RigError, RunFileError, TransportError, UrlError
-from sim_rig.errors import FaultError, SimRigError, SpecimenError
+from rigctl.errors import IdentityError, IterationError, LimitError, RigError, RunFileError, TransportError, UrlError
+from sim_rig.errors import FaultError, SimRigError, SpecimenError, SpeedError
 
 __all__ = [
     "Conflict",
@@ -88,9 +88,11 @@ OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (IdentificationError, _BAD_INPUT),
     (UrlError, _BAD_INPUT),
     (LimitError, _BAD_INPUT),
+    (IterationError, _BAD_INPUT),
     (RunFileError, _BAD_INPUT),
     (SpecimenError, _BAD_INPUT),
     (FaultError, _BAD_INPUT),
+    (SpeedError, _BAD_INPUT),
     (IdentityError, Outcome(502, 1)),
     (TransportError, Outcome(504, 1)),
     (RigError, Outcome(502, 1)),

@@ -8,6 +8,7 @@ RigError
 │   ├── TransportTimeout no answer before the deadline
 │   └── RequestDenied    the rig understood and refused; asking again changes nothing
 ├── RigFault             the rig stopped on its own and says why
+├── IterationError       a drive-file iteration that cannot be done with these numbers
 ├── GateError            a temperature gate or another condition was not met before its deadline
 ├── StopFailed           the stop was not acknowledged: the rig may still be powered
 └── RunFileError         a run file cannot be used
@@ -62,3 +63,7 @@ class StopFailed(RigError):
 
 class RunFileError(RigError, ValueError):
     """A run file cannot be used: damaged, foreign or inconsistent."""
+
+
+class IterationError(RigError, ValueError):
+    """A drive-file iteration that cannot be done with these numbers."""

@@ -29,7 +29,7 @@ from rigctl.stream import Stream, StreamPlan
 from rigctl.transport import CaptureBlock, Identity, Reply, Transport
 from rigctl.waveform import Waveform, with_ramps
 
-__all__ = ["PlayerSettings", "connect", "play"]
+__all__ = ["PlayerSettings", "connect", "file_stem", "play"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -349,9 +349,14 @@ def _check(test: Test, waveform: Waveform, configuration: Configuration, identit
         raise LimitError(f"test {test.name!r}: {error}") from None
 
 
+def file_stem(name: str) -> str:
+    """Make a file's name of a test's."""
+    return re.sub(r"[^\w.+-]+", "_", name).strip("._") or "run"
+
+
 def free_path(directory: Path, name: str) -> Path:
     """Name a run file after its test; where that name is taken, add -2, -3 …"""
-    stem = re.sub(r"[^\w.+-]+", "_", name).strip("._") or "run"
+    stem = file_stem(name)
     number = 1
     while True:
         path = directory / (f"{stem}.h5" if number == 1 else f"{stem}-{number}.h5")

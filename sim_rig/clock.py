@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sim_rig.errors import SimRigError
+from sim_rig.errors import SpeedError
 
 BURST_S = 0.25  # of wall time: what a clock that waited may catch up
 
@@ -19,7 +19,7 @@ class Pace:
 
     def __init__(self, speed: float, now: Callable[[], float]) -> None:
         if not 0 < speed <= 1e6:
-            raise SimRigError(f"speed is {speed}: it must be positive, 1 is real time")
+            raise SpeedError(f"speed is {speed}: it must be positive, 1 is real time")
         self._speed, self._now = speed, now
         self._origin, self._taken, self._rate_hz = now(), 0, 1000.0
 

@@ -3,6 +3,7 @@
 SimRigError
 ├── SpecimenError    a specimen or an effect that does not exist
 ├── FaultError       a fault that cannot be ordered
+├── SpeedError       a speed at which no clock runs
 └── RequestRefused   a request that the rig's state does not allow; the wire answers with its own refusal
 """
 
@@ -19,6 +20,10 @@ class SpecimenError(SimRigError, ValueError):
 
 class FaultError(SimRigError, ValueError):
     """A fault that cannot be ordered: it does not exist, or its value cannot be."""
+
+
+class SpeedError(SimRigError, ValueError):
+    """A speed at which no clock runs."""
 
 
 class RequestRefused(SimRigError):

@@ -17,6 +17,7 @@ from api.cli.design import design
 from api.cli.explain import explain
 from api.cli.fit import fit
 from api.cli.interrupt import ignore_signals, take_signals
+from api.cli.iterate import iterate
 from api.cli.recover import recover
 from api.cli.run import run as run_tests
 from api.cli.score import score
@@ -38,6 +39,7 @@ app.command()(demo)
 app.add_typer(design)
 app.command()(sim)
 app.command("run")(run_tests)
+app.command()(iterate)
 app.command()(recover)
 app.command()(fit)
 app.command()(simulate)

@@ -172,7 +172,7 @@ def test_a_misspelt_setting_in_the_environment_is_named(place: Path, monkeypatch
 
 def test_every_command_has_help_with_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     for command in (
-        *("demo", "sim", "run", "recover", "fit", "simulate", "score", "explain", "convert", "serve"),
+        *("demo", "sim", "run", "iterate", "recover", "fit", "simulate", "score", "explain", "convert", "serve"),
         *("design random-phase", "design homogenised", "design harmonic"),
     ):
         assert main([*command.split(), "--help"]) == 0

@@ -1,0 +1,166 @@
+"""The commands at the rig: bad input is one line and moves nothing; faults and iterations from the command line."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from api.cli.main import main
+from excitation.files import read_excitation, write_excitation
+from excitation.signal import Excitation, Kind
+from rigctl.runfile import read_run
+
+RIGS = ("modbus://127.0.0.1:0", "can://loopback/cli-{}", "can://loopback/cli-{}?fd=true")
+
+
+@contextmanager
+def a_sim(url: str, *options: str) -> Iterator[str]:
+    command = [sys.executable, "-m", "api.cli", "sim", "--listen", url.format(os.getpid()), *options]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        try:
+            yield process.stdout.readline().split()[1]
+        finally:
+            process.terminate()
+
+
+@pytest.fixture
+def road(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with ``road.h5``: three seconds that repeat nothing."""
+    monkeypatch.chdir(tmp_path)
+    spectrum, f = np.zeros(2049), np.fft.rfftfreq(4096, 1e-3)
+    band = (f > 0.5) & (f < 25)
+    spectrum[band] = f[band] ** -0.7
+    x = np.fft.irfft(spectrum * np.fft.rfft(np.random.default_rng(3).standard_normal(4096)))[:3000]
+    excitation = Excitation(
+        kind=Kind.ROAD,
+        sample_rate_hz=1000.0,
+        period_samples=0,
+        displacement_m=0.008 * x / np.max(np.abs(x)),
+        current_a=np.full(3000, 0.8),
+    )
+    write_excitation(tmp_path / "road.h5", excitation)
+    return tmp_path
+
+
+def said_in_one_line(capsys: pytest.CaptureFixture[str]) -> str:
+    said = capsys.readouterr()
+    assert said.out.strip() == ""
+    assert said.err.count("\n") == 1, said.err
+    assert said.err.startswith("damper-rig: ")
+    return said.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["run", "road.h5", "--rig", "modbus:/1", "-o", "o"], ["modbus:/1", "modbus://HOST:PORT"]),
+        (["run", "road.h5", "--rig", "can://telepathy/1", "-o", "o"], ["telepathy", "loopback"]),
+        (["run", "road.h5", "--rig", "can://loopback/x?fd=maybe", "-o", "o"], ["maybe", "true or false"]),
+        (["iterate", "road.h5", "--rig", "ftp://x", "-o", "o"], ["ftp://x", "modbus://HOST:PORT"]),
+        (["iterate", "absent.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o"], ["absent.h5"]),
+        (["iterate", "road.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o", "--gain", "0"], ["gain is 0"]),
+        (["iterate", "road.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o", "--bandwidth", "-3"], ["bandwidth is -3"]),
+        (["iterate", "road.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o", "--iterations", "0"], ["iterations is 0"]),
+        (["sim", "--listen", "can://telepathy/1"], ["telepathy", "loopback"]),
+        (["sim", "--listen", "modbus://127.0.0.1:0", "--specimen", "sofa"], ["sofa", "semi-active"]),
+        (["sim", "--listen", "modbus://127.0.0.1:0", "--fault", "fire"], ["fire", "emergency_stop"]),
+        (["sim", "--listen", "modbus://127.0.0.1:0", "--fault", "lost:3"], ["lost:3", "from 0 to 1"]),
+        (["sim", "--listen", "modbus://127.0.0.1:0", "--speed", "0"], ["speed is 0"]),
+        (["sim", "--listen", "modbus://127.0.0.1:0", "--seed", "-1"], ["seed is -1"]),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(
+    road: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], words: list[str]
+) -> None:
+    status = main(arguments)
+    line = said_in_one_line(capsys)
+    assert status == 2, line
+    assert all(word in line for word in words), line
+    assert [path.name for path in road.iterdir()] == ["road.h5"]
+
+
+@pytest.mark.parametrize("command", ["run", "iterate"])
+@pytest.mark.parametrize("url", RIGS)
+@pytest.mark.parametrize(("what", "words"), [("MAGIC", "a foreign device"), ("MAP_VERSION", "speaks register map 1")])
+def test_a_foreign_device_and_another_map_are_one_line_and_no_motion(
+    road: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    sims: dict[str, str],
+    url: str,
+    command: str,
+    what: str,
+    words: str,
+) -> None:
+    from rigctl import modbus_map
+    from rigctl.address import connect
+
+    with monkeypatch.context() as patch:
+        patch.setattr(modbus_map, what, 0x77)
+        assert main([command, "road.h5", "--rig", sims[url], "-o", "runs"]) == 1
+    assert words in said_in_one_line(capsys)
+    wire = connect(sims[url])
+    status = wire.status(2.0)
+    wire.close()
+    assert (status.state.name, status.consumed) == ("DISABLED", 0)
+    assert abs(status.displacement_m) < 1e-4
+    assert not list(road.glob("runs/*"))
+
+
+@pytest.fixture(scope="module")
+def sims() -> Iterator[dict[str, str]]:
+    with a_sim(RIGS[0]) as one, a_sim(RIGS[1]) as two, a_sim(RIGS[2].replace("cli", "cli-fd")) as three:
+        yield dict(zip(RIGS, (one, two, three), strict=True))
+
+
+@pytest.mark.parametrize("url", ["modbus://127.0.0.1:0", "can://loopback/fault-{}?fd=true"])
+def test_a_fault_that_was_ordered_is_read_by_the_operator_and_by_the_file(
+    road: Path, capsys: pytest.CaptureFixture[str], url: str
+) -> None:
+    with a_sim(url, "--fault", "emergency_stop@1.5", "--speed", "1") as rig:
+        assert main(["run", "road.h5", "--rig", rig, "-o", "runs"]) == 1
+    line = capsys.readouterr().err
+    assert "the emergency stop was pressed" in line
+    assert line.count("\n") == 1
+    run = read_run(road / "runs" / "road.h5")
+    assert run.status == "aborted"
+    assert 0 < run.samples < 3000
+    assert "emergency stop" in run.events[-1][1]
+
+
+def test_iterate_stores_drive_chart_and_runs_and_says_what_came_of_it(
+    road: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with a_sim("modbus://127.0.0.1:0", "--speed", "50") as rig:
+        assert main(["iterate", "road.h5", "--rig", rig, "-o", "out", "--json"]) == 0
+        [told] = json.loads(capsys.readouterr().out)
+        assert main(["run", told["drive"], "--rig", rig, "-o", "again"]) == 0
+    assert (told["test"], told["outcome"]) == ("road", "converged")
+    assert told["errors"][0] > 0.02 > 0.01 >= told["errors"][-1]
+    assert {path.name for path in (road / "out").iterdir()} == {
+        "road.drive.h5",
+        "road.convergence.html",
+        *(f"road_iteration_{k}.h5" for k in range(len(told["errors"]))),
+    }
+    target = read_excitation(road / "road.h5").displacement_m
+    run = read_run(road / "again" / "road.drive.h5")
+    assert np.std(run.channels["displacement"] - target) < 0.012 * np.std(target)
+
+
+def test_iterate_that_does_not_get_there_ends_with_1_and_keeps_the_best(
+    road: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with a_sim("modbus://127.0.0.1:0", "--speed", "50") as rig:
+        arguments = ["iterate", "road.h5", "--rig", rig, "-o", "out", "--tolerance", "0.0001", "--iterations", "1"]
+        assert main(arguments) == 1
+    assert "not converged" in capsys.readouterr().out
+    assert (road / "out" / "road.drive.h5").is_file()
