@@ -39,6 +39,8 @@ class Code(IntEnum):
     REVERSAL_LAG = 18
     COMPLIANCE = 30
     FREE_PLAY = 31
+    RELAXING = 32
+    DASHPOT = 33
     LAG = 40
     DELAY = 41
     SATURATION = 42
@@ -48,6 +50,11 @@ class Code(IntEnum):
     MASS = 52
     DRIFT = 53
     HUM = 54
+    PARALLEL = 55
+    MODULATED_TANH = 60
+    BIVISCOUS = 61
+    SIGMOID = 62
+    LUGRE = 63
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +84,7 @@ class ElementSpec:
     needs_current: bool = False
     modifier: bool = False
     memory: bool = False
+    nameable: bool = True  # whether the naming workflow may add it by itself; models of the literature are chosen
 
     def index(self, parameter: str) -> int:
         """Position of a parameter in the element's block of the parameter vector."""
@@ -178,6 +186,7 @@ _ROWS: Final = (
             _p("n", "–", 1.0, high=10.0),
             _p("beta", "1/m^n", _FREE),
             _p("gamma", "1/m^n", _FREE),
+            ParameterSpec("alpha_control", "N/(m·A)", _FREE, default=0.0, refinement=True),
         ),
         memory=True,
     ),
@@ -196,6 +205,67 @@ _ROWS: Final = (
         "presliding friction",
         (_p("sigma", "N/m", _TINY), _p("f_c", "N", _TINY)),
         memory=True,
+    ),
+    ElementSpec(
+        "lugre_friction",
+        "core",
+        Code.LUGRE,
+        "LuGre friction",
+        (
+            _p("sigma0", "N/m", _TINY),
+            _p("sigma1", "N·s/m"),
+            _p("f_c", "N", _TINY),
+            _p("f_s", "N", _TINY),
+            _p("w_s", "m/s", _TINY),
+        ),
+        memory=True,
+        nameable=False,
+    ),
+    ElementSpec(
+        "modulated_tanh_hysteresis",
+        "core",
+        Code.MODULATED_TANH,
+        "hyperbolic-tangent hysteresis that follows current and motion",
+        (
+            _p("alpha1", "1/A", _FREE),
+            _p("alpha2", "–", _FREE),
+            _p("alpha3", "N·s²/m²", _FREE),
+            _p("alpha4", "N·s/m", _FREE),
+            _p("alpha5", "N", _FREE),
+            _p("beta1", "(s/m)^(1+beta2)", _TINY),
+            _p("beta2", "–", -3.0, high=3.0),
+            _p("delta1", "1/A", _FREE),
+            _p("delta2", "–", _FREE),
+        ),
+        nameable=False,
+    ),
+    ElementSpec(
+        "hysteretic_biviscous",
+        "core",
+        Code.BIVISCOUS,
+        "hysteretic biviscous damping",
+        (
+            _p("c_po", "N·s/m"),
+            _p("c_pr", "N·s/m", _TINY),
+            _p("f_y", "N"),
+            _p("f_y_control", "N/A", _FREE, default=0.0),
+            _p("v_0", "m/s"),
+        ),
+        nameable=False,
+    ),
+    ElementSpec(
+        "sigmoid_hysteresis",
+        "core",
+        Code.SIGMOID,
+        "generalised sigmoid hysteresis",
+        (
+            _p("F_t", "N"),
+            _p("F_t_control", "N/A", _FREE, default=0.0),
+            _p("alpha", "s/m", _TINY),
+            _p("h", "–"),
+            _p("k_v", "s/m"),
+        ),
+        nameable=False,
     ),
     ElementSpec("linear_stiffness", "core", Code.STIFFNESS, "linear stiffness", (_p("k", "N/m"),)),
     ElementSpec("cubic_stiffness", "core", Code.CUBIC, "cubic stiffness", (_p("k3", "N/m³"),)),
@@ -239,6 +309,22 @@ _ROWS: Final = (
         "series compliance (bush, oil column)",
         (_p("k", "N/m", _TINY), _p("c", "N·s/m", default=0.0)),
     ),
+    ElementSpec(
+        "relaxing_compliance",
+        "mount",
+        Code.RELAXING,
+        "spring beside a Maxwell branch (standard linear solid) in series",
+        (_p("k1", "N/m", _TINY), _p("k2", "N/m", _TINY), _p("c2", "N·s/m", _TINY)),
+        nameable=False,
+    ),
+    ElementSpec(
+        "series_dashpot",
+        "mount",
+        Code.DASHPOT,
+        "dashpot in series",
+        (_p("c", "N·s/m", _TINY), _p("c_control", "N·s/(m·A)", _FREE, default=0.0)),
+        nameable=False,
+    ),
     ElementSpec("free_play", "mount", Code.FREE_PLAY, "free play in the mount", (_p("gap", "m"),)),
     ElementSpec(
         "control_lag",
@@ -275,6 +361,14 @@ _ROWS: Final = (
     ElementSpec("force_delay", "sensor", Code.FORCE_DELAY, "time skew of the force channel", (_p("tau", "s"),)),
     ElementSpec("force_offset", "sensor", Code.OFFSET, "load-cell offset", (_p("F0", "N", _FREE),)),
     ElementSpec("moving_mass", "sensor", Code.MASS, "mass between load cell and damper", (_p("m", "kg"),)),
+    ElementSpec(
+        "parallel_stiffness",
+        "sensor",
+        Code.PARALLEL,
+        "spring beside damper and mount",
+        (_p("k", "N/m"),),
+        nameable=False,
+    ),
     ElementSpec("force_drift", "sensor", Code.DRIFT, "load-cell drift", (_p("rate", "N/s", _FREE),)),
     ElementSpec(
         "mains_hum",

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from identification.errors import ModelError
 from identification.physical.elements import CATALOGUE, PATHS, ElementSpec, Path
 
+CONTROL_GAINS = ("c_control", "alpha_control", "f_y_control", "F_t_control", "alpha1", "delta1")
+"""Parameters that act through the current: zero, or out of a fit's reach, where there is none."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameter:
@@ -91,6 +94,9 @@ class Model:
         for name in ("series_compliance", "free_play"):
             if sum(e.name == name for e in ordered) > 1:
                 raise ModelError(f"mount holds '{name}' more than once: join them into one element")
+        alone = [e.name for e in ordered if e.name in ("relaxing_compliance", "series_dashpot")]
+        if alone and sum(e.spec.path == "mount" for e in ordered) > 1:
+            raise ModelError(f"mount holds '{alone[0]}' beside another element: it stands alone there")
         if not any(e.spec.path == "core" for e in ordered):
             raise ModelError("core is empty: a damper needs at least one element that makes a force")
 
@@ -161,5 +167,5 @@ class Model:
 
 
 def _controlled(e: Element) -> bool:
-    gains = ("c_control", "alpha_control")
+    gains = CONTROL_GAINS
     return any(e.value(p.name) != 0.0 for p in e.spec.parameters if p.name in gains)

@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import SimulationError
-from identification.physical import kernels
 from identification.physical.control import effective_current
 from identification.physical.elements import Code
 from identification.physical.model import Element, Model
 from identification.physical.motion import Motion
+from identification.physical.mount import C2, C_CONTROL, GAP, K2, C, K
+from identification.physical.mounted import mounted
+from identification.physical.rigid import rigid, workspace
 
 Floats = NDArray[np.float64]
 
@@ -22,6 +24,13 @@ RIGID_DAMPING = 3.0e3  # N·s/m
 _SAME_TEMPERATURE_K = 0.05  # a body this steady is at one temperature: fade is some 0.5 % per kelvin
 _REVERSAL_SUBSTEPS = 4
 _PLAY_SUBSTEPS = 16  # a rigid contact rings at some kHz; all of its error sits in the samples of an impact
+_NEED_AMPLITUDE = (Code.MODULATED_TANH, Code.SIGMOID)
+_PLACES = {  # of the parameters of each mount element in the mount's array
+    Code.COMPLIANCE: (K, C),
+    Code.FREE_PLAY: (GAP,),
+    Code.RELAXING: (K, K2, C2),
+    Code.DASHPOT: (C, C_CONTROL),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,14 +106,16 @@ def _damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Resp
     jac = np.zeros((motion.x.size, used)) if gradient else np.zeros((0, used))
     force = np.zeros(motion.x.size)
     eps = 1e-9 * float(np.max(np.abs(motion.v), initial=0.0))
-    common = (codes, offsets, p, column, motion.dt, motion.x, motion.v, u, du, motion.temperature, eps)
-    space = kernels.workspace(codes.size, p.size, used)
+    v_m = _amplitude_velocity(motion) if any(e.spec.code in _NEED_AMPLITUDE for e in core) else motion.a
+    inputs = (motion.x, motion.v, u, motion.temperature, motion.a, v_m)
+    common = (codes, offsets, p, column, motion.dt, inputs, du, eps)
+    space = workspace(codes.size, p.size, used)
     failures = 0
     if mount:
         stiffness, columns, fine = _mount(mount, core, n_control + p.size)
-        failures = kernels.mounted(*common, stiffness, columns, substeps, fine * substeps, force, jac, space)
+        failures = mounted(*common, stiffness, columns, substeps, fine * substeps, force, jac, space)
     else:
-        kernels.direct(*common, force, jac, space)
+        rigid(*common, force, jac, space)
     if not gradient:
         return Response(force, None, failures)
     out = np.zeros((motion.x.size, total))
@@ -114,20 +125,31 @@ def _damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Resp
     return Response(force, out, failures)
 
 
+def _amplitude_velocity(motion: Motion) -> Floats:
+    """v_m = sqrt(v² − a·x), (N,), m/s, x about mid-stroke: the peak velocity of a sine at any moment of it.
+
+    Where another motion gives no real value, and within 0.1 % of the highest, it is held above zero.
+    """
+    middle = 0.5 * (motion.x.max() + motion.x.min())
+    v_m = np.sqrt(np.maximum(motion.v**2 - motion.a * (motion.x - middle), 0.0))
+    return np.asarray(np.maximum(v_m, 1e-3 * max(float(v_m.max(initial=0.0)), 1e-9)))
+
+
 def _mount(mount: Sequence[Element], core: Sequence[Element], first: int) -> tuple[Floats, NDArray[np.int64], int]:
-    """Stiffness, damping and gap of the mount, the gradient column of each, and the substeps at an event."""
-    values = np.array([RIGID_STIFFNESS, RIGID_DAMPING, 0.0])
-    columns = np.full(3, -1, dtype=np.int64)
+    """The mount's array (see `mount.py`), the gradient column of each entry, and the substeps at an event."""
+    values = np.array([RIGID_STIFFNESS, RIGID_DAMPING, 0.0, 0.0, 0.0, 0.0])
+    columns = np.full(6, -1, dtype=np.int64)
     substeps = _REVERSAL_SUBSTEPS if any(e.spec.memory for e in core) else 1
     for e in mount:
-        if e.spec.code == Code.COMPLIANCE:
-            values[:2] = e.value("k"), e.value("c")
-            columns[:2] = first, first + 1
-        else:
-            values[2] = e.value("gap")
-            columns[2] = first
-            substeps = _PLAY_SUBSTEPS if values[2] > 0 else substeps
-        first += len(e.parameters)
+        places = _PLACES[e.spec.code]
+        if e.spec.code != Code.FREE_PLAY:
+            values[[K, C]] = 0.0
+        for place, p in zip(places, e.parameters, strict=True):
+            values[place] = p.value
+            columns[place] = first
+            first += 1
+        if e.spec.code == Code.FREE_PLAY and values[GAP] > 0:
+            substeps = _PLAY_SUBSTEPS
     return values, columns, substeps
 
 
@@ -137,6 +159,8 @@ def _sensor_term(e: Element, motion: Motion, force: Floats) -> tuple[Floats, Flo
     code = e.spec.code
     if code == Code.OFFSET:
         return np.full(force.size, values[0]), np.ones((force.size, 1))
+    if code == Code.PARALLEL:
+        return values[0] * motion.x, motion.x[:, None]
     if code == Code.MASS:
         return values[0] * motion.a, motion.a[:, None]
     if code == Code.DRIFT:

@@ -1,0 +1,179 @@
+"""The memories of elements: hysteresis, presliding, bristles and the travel since a reversal, carried over one step."""
+
+# Numba infers the types of these functions from their calls; annotations would not be read.
+# mypy: allow-untyped-defs, allow-untyped-calls, allow-untyped-decorators
+
+from __future__ import annotations
+
+import numpy as np
+
+from identification.physical.compiled import compiled, inlined
+from identification.physical.elements import Code
+from identification.physical.friction import bristle_level
+
+_BOUC_WEN, _PRESLIDING = int(Code.BOUC_WEN), int(Code.PRESLIDING)
+_REVERSAL, _LUGRE = int(Code.REVERSAL_LAG), int(Code.LUGRE)
+
+
+@inlined
+def is_memory(code):
+    """Whether an element carries a state from sample to sample."""
+    return code in (_BOUC_WEN, _PRESLIDING, _REVERSAL, _LUGRE)
+
+
+@inlined
+def own(code, o):
+    """First parameter that the partials out[2:] of a memory belong to."""
+    return o + 1 if code == _BOUC_WEN else o
+
+
+@inlined
+def own_count(code):
+    """How many parameters those are."""
+    if code == _BOUC_WEN:
+        return 4
+    if code == _LUGRE:
+        return 5
+    return 2 if code == _PRESLIDING else 0
+
+
+@compiled
+def _bouc_wen(p, o, h, travel, s, out):
+    """Internal displacement after a monotone leg; `out` gets ∂/∂h, ∂/∂z and the partials by A, n, beta, gamma.
+
+    dh/dt = A w − gamma |w| h |h|^(n−1) − beta w |h|^n does not depend on time but on travel: along it
+    dh/dζ = s A − gamma h |h|^(n−1) − s beta |h|^n. Exponential Rosenbrock–Euler, exact for n = 1 and
+    stable for any travel.
+    """
+    a, n, beta, gamma = p[o + 1], p[o + 2], p[o + 3], p[o + 4]
+    scale = (a / max(abs(beta + gamma), 1e-300)) ** (1.0 / n)
+    steps = min(1 + int(4.0 * travel * a * n / max(scale, 1e-300)), 24)
+    d = travel / steps
+    dh, da, dn, db, dg = 1.0, 0.0, 0.0, 0.0, 0.0
+    g = 0.0
+    for _ in range(steps):
+        m = abs(h) ** (n - 1.0)
+        sgn = 1.0 if h > 0 else (-1.0 if h < 0 else 0.0)
+        log = np.log(abs(h)) if h != 0.0 else 0.0
+        g = s * a - gamma * h * m - s * beta * abs(h) * m
+        j = -n * m * (gamma + s * sgn * beta)
+        y = j * d
+        phi = 1.0 + 0.5 * y if abs(y) < 1e-5 else np.expm1(min(y, 50.0)) / y
+        e = np.exp(min(y, 50.0))
+        step = d * phi
+        gn = -(gamma * h * m + s * beta * abs(h) * m) * log
+        da = e * da + step * s
+        dn = e * dn + step * gn
+        db = e * db - step * s * abs(h) * m
+        dg = e * dg - step * h * m
+        dh *= e
+        h = min(max(h + step * g, -1e3 * scale), 1e3 * scale)
+    m = abs(h) ** (n - 1.0)
+    out[0] = dh
+    out[1] = s * (s * a - gamma * h * m - s * beta * abs(h) * m)
+    out[2], out[3], out[4], out[5] = da, dn, db, dg
+    return h
+
+
+@compiled
+def _presliding(p, o, f, travel, s, out):
+    """Friction force after a monotone leg, exact: s f_c + (f − s f_c) exp(−sigma travel / f_c); partials as above."""
+    sigma, fc = p[o], p[o + 1]
+    e = np.exp(-sigma * travel / fc)
+    new = s * fc + (f - s * fc) * e
+    out[0] = e
+    out[1] = sigma * (1.0 - s * new / fc)
+    out[2] = -(f - s * fc) * e * travel / fc
+    out[3] = s * (1.0 - e) + (f - s * fc) * e * sigma * travel / (fc * fc)
+    return new
+
+
+@compiled
+def _bristle(p, o, m, travel, s, h, out):
+    """Deflection of the LuGre bristle after a monotone leg of duration h, exact at the mean speed of the leg.
+
+    dm/dt = w − sigma0 |w| m/g(w) gives m = s g/sigma0 + (m0 − s g/sigma0) exp(−sigma0 travel/g). `out` gets ∂/∂m0, ∂/∂z
+    and the partials by sigma0, sigma1, f_c, f_s, w_s.
+    """
+    sigma, speed = p[o], travel / h
+    g, g_w, e = bristle_level(p, o, speed)
+    end = s * g / sigma
+    fade = np.exp(-sigma * travel / g)
+    by_g = s / sigma * (1.0 - fade) + (m - end) * fade * sigma * travel / (g * g)
+    q = speed / p[o + 4]
+    out[0] = fade
+    out[1] = s * (by_g * g_w / h - (m - end) * sigma / g * fade)
+    out[2] = -end / sigma * (1.0 - fade) - (m - end) * travel / g * fade
+    out[3] = 0.0
+    out[4] = by_g * (1.0 - e)
+    out[5] = by_g * e
+    out[6] = by_g * (p[o + 3] - p[o + 2]) * e * 2.0 * q * q / p[o + 4]
+    return end + (m - end) * fade
+
+
+@compiled
+def _leg(code, p, o, m, travel, s, h, out):
+    new = 0.0
+    if code == _BOUC_WEN:
+        new = _bouc_wen(p, o, m, travel, s, out)
+    elif code == _PRESLIDING:
+        new = _presliding(p, o, m, travel, s, out)
+    else:
+        new = _bristle(p, o, m, travel, s, h, out)
+    return new
+
+
+@compiled
+def _travel(m, dz, w_old, w, h, out):
+    """Travel since the last reversal after a step of dz; `out` as in `_bouc_wen`."""
+    out[2], out[3], out[4], out[5] = 0.0, 0.0, 0.0, 0.0
+    out[0], out[1] = 0.0, (1.0 if w > 0 else -1.0)
+    new = 0.0
+    if w_old * w < 0.0:  # reversed within the step: uniform deceleration through rest
+        new = 0.5 * h * w * w / (abs(w) + abs(w_old))
+    elif w == 0.0:
+        out[1] = 0.0
+    elif w_old == 0.0 and m == 0.0:
+        new = abs(dz)
+    else:
+        out[0] = 1.0
+        new = m + abs(dz)
+    return new
+
+
+@compiled
+def advance(code, p, o, m, z_old, z, w_old, w, h, out, tmp):
+    """Memory of one element after a step; `out` as in `_bouc_wen`. A reversal inside the step splits it in two legs."""
+    new, dz = 0.0, z - z_old
+    if code == _REVERSAL:
+        new = _travel(m, dz, w_old, w, h, out)
+    elif w_old * w < 0.0:
+        part = abs(w) / (abs(w) + abs(w_old))
+        first, second = 0.5 * h * (1.0 - part) * abs(w_old), 0.5 * h * part * abs(w)
+        middle = _leg(code, p, o, m, first, 1.0 if w_old > 0 else -1.0, h * (1.0 - part), tmp)
+        new = _leg(code, p, o, middle, second, 1.0 if w > 0 else -1.0, h * part, out)
+        for j in range(2, 2 + own_count(code)):
+            out[j] += out[0] * tmp[j]
+        out[0] *= tmp[0]
+    else:
+        new = _leg(code, p, o, m, abs(dz), 1.0 if dz >= 0 else -1.0, h, out)
+    return new
+
+
+@compiled
+def steady(codes, offsets, p, w, memory):
+    """Every internal force at its steady value for the velocity `w`."""
+    s = 1.0 if w > 0 else (-1.0 if w < 0 else 0.0)
+    for k in range(codes.size):
+        o = offsets[k]
+        if codes[k] == _BOUC_WEN:
+            total = max(p[o + 3] + p[o + 4], 1e-300)
+            memory[k] = s * (p[o + 1] / total) ** (1.0 / p[o + 2])
+        elif codes[k] == _PRESLIDING:
+            memory[k] = s * p[o + 1]
+        elif codes[k] == _LUGRE:
+            memory[k] = s * bristle_level(p, o, w)[0] / p[o]
+        elif codes[k] == _REVERSAL:
+            memory[k] = 1e300
+        else:
+            memory[k] = 0.0

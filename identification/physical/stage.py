@@ -1,0 +1,176 @@
+"""One implicit stage of the mounted damper: the velocity of its core, and how that depends on every parameter."""
+
+# Numba infers the types of these functions from their calls; annotations would not be read.
+# mypy: allow-untyped-defs, allow-untyped-calls, allow-untyped-decorators
+
+from __future__ import annotations
+
+import numpy as np
+
+from identification.physical.compiled import compiled, inlined
+from identification.physical.core import core_force
+from identification.physical.memory import advance, is_memory, own, own_count
+from identification.physical.mount import (
+    C2,
+    C_CONTROL,
+    GAMMA,
+    GAP,
+    K2,
+    C,
+    K,
+    add_mount_partials,
+    branch,
+    branch_partials,
+    contact,
+)
+
+
+@inlined
+def _trial(program, z, w, s, h, inputs, state, memory, work):
+    """Core force at a trial state, memories carried there from the last step; adds their share to ∂f/∂z."""
+    codes, offsets, p, modified, remembers, rare = (
+        program[0],
+        program[1],
+        program[2],
+        program[4],
+        program[5],
+        program[7],
+    )
+    trial, parts, tmp, dp, dm = work
+    u, temperature, a, v_m = inputs
+    if remembers:
+        for k in range(codes.size):
+            if is_memory(codes[k]):
+                trial[k] = advance(codes[k], p, offsets[k], memory[k], state[1], z, state[2], w, h, parts[k], tmp)
+    f, f_z, f_w, f_u, jump = core_force(
+        codes, offsets, p, z, w, s, u, temperature, a, v_m, trial, dp, dm, modified, rare
+    )
+    if remembers:
+        for k in range(codes.size):
+            if is_memory(codes[k]):
+                f_z += dm[k] * parts[k, 1]
+    return f, f_z, f_w, f_u, jump
+
+
+@inlined
+def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, state, memory, work, quick):
+    """Velocity of the core at one implicit stage.
+
+    `inputs` are u, temperature, a and v_m; `b0 + b1·de/dt` is the force of the mount's relaxing branch.
+    Returns w, ∂f/∂z + ∂φ/∂e, ∂f/∂u, the slope of the equation by w, and whether it converged; a slope of 0 means stick.
+    """
+    km, cm, gap = mount[K], mount[C] + mount[C_CONTROL] * inputs[0], mount[GAP]
+    guess, tol = state[3], state[4]
+    low, high, side = -np.inf, np.inf, 0.0
+    w, stiff, f_u, slope, done, ready = guess, 0.0, 0.0, 0.0, False, False
+    if program[6]:  # dry friction: does it hold the core at rest?
+        f, _, _, f_u, jump = _trial(program, x - e0 - gh * v, 0.0, 0.0, h, inputs, state, memory, work)
+        phi, _, _, _, _, _ = contact(km, cm, gap, e0 + gh * v, v)
+        phi += b0 + b1 * v
+        side = -1.0 if f > phi else 1.0
+        done = abs(f - phi) <= jump
+        if side > 0:
+            low = 0.0
+        else:
+            high = 0.0
+        if done:
+            w = 0.0
+        elif guess * side <= 0.0:
+            w = side * 1e-3 * abs(v)
+    iterations = 0
+    while not (done or (ready and quick)) and iterations < 80:
+        iterations += 1
+        rate = v - w
+        s = side if side != 0.0 else (1.0 if w > 0 else -1.0)
+        f, f_z, f_w, f_u, _ = _trial(program, x - e0 - gh * rate, w, s, h, inputs, state, memory, work)
+        phi, phi_e, phi_r, _, _, _ = contact(km, cm, gap, e0 + gh * rate, rate)
+        residual = f - phi - (b0 + b1 * rate)
+        stiff = f_z + phi_e
+        slope = f_w + gh * stiff + phi_r + b1
+        if ready or residual == 0.0:
+            done = True
+        else:
+            if residual < 0.0:
+                low = w
+            else:
+                high = w
+            new = w - residual / slope if slope > 0.0 else np.nan
+            if not (low < new < high):
+                if np.isfinite(low) and np.isfinite(high):
+                    new = 0.5 * (low + high)
+                else:
+                    new = w - np.sign(residual) * max(2.0 * abs(w), 1e3 * tol)
+            # Newton squares its error: what is within 1e-7 now is at round-off after the evaluation that follows.
+            ready = abs(new - w) <= 1e-7 * abs(w) + tol or new == w
+            w = new
+        slope = max(slope, 1e-300)
+    return w, stiff, f_u, slope, done or ready
+
+
+@inlined
+def rate_sensitivity(
+    program, mount, mount_column, e, rate, u, stiff, f_u, slope, de, de_base, f2, f2_base, gh, du, i, q, sens, work, out
+):  # fmt: skip
+    """∂(de/dt)/∂θ of one stage by the implicit function theorem; zero where the core sticks."""
+    inverse = 1.0 / slope if slope > 0.0 else 0.0
+    codes, offsets, p, column = program[0], program[1], program[2], program[3]
+    parts, dp, dm = work[1], work[3], work[4]
+    for j in range(out.size):
+        out[j] = -stiff * de_base[j]
+    for j in range(p.size):
+        if column[j] >= 0:
+            out[column[j]] += dp[j]
+    for j in range(du.shape[0]):
+        out[j] += (f_u - mount[C_CONTROL] * rate) * (du[j, i] + q * (du[j, i + 1] - du[j, i]))
+    if program[5]:
+        for k in range(codes.size):
+            if is_memory(codes[k]):
+                first = own(codes[k], offsets[k])
+                for j in range(out.size):  # the leg began at z_old, which moved by −de
+                    out[j] += dm[k] * (parts[k, 0] * sens[k, j] + parts[k, 1] * de[j])
+                for j in range(own_count(codes[k])):
+                    if column[first + j] >= 0:
+                        out[column[first + j]] += dm[k] * parts[k, 2 + j]
+    add_mount_partials(out, mount_column, e, rate, u, mount, -1.0)
+    if mount[K2] > 0.0:
+        by_f2, by_k2, by_c2 = branch_partials(mount, f2, gh, rate)
+        for j in range(out.size):
+            out[j] -= by_f2 * f2_base[j]
+        if mount_column[K2] >= 0:
+            out[mount_column[K2]] -= by_k2
+        if mount_column[C2] >= 0:
+            out[mount_column[C2]] -= by_c2
+    for j in range(out.size):
+        out[j] *= inverse
+
+
+@compiled
+def carry(program, sens, de, de_new, parts):
+    """Sensitivities of the memories after a step in which the core moved by the change of −e."""
+    codes, offsets, column = program[0], program[1], program[3]
+    for k in range(codes.size):
+        if is_memory(codes[k]):
+            first = own(codes[k], offsets[k])
+            for j in range(de.size):
+                sens[k, j] = parts[k, 0] * sens[k, j] + parts[k, 1] * (de[j] - de_new[j])
+            for j in range(own_count(codes[k])):
+                if column[first + j] >= 0:
+                    sens[k, column[first + j]] += parts[k, 2 + j]
+
+
+@compiled
+def branch_sensitivity(mount, mount_column, f2, gh, rate, rate_sens, f2_base, f2_sens, last):
+    """Carries the sensitivity of the relaxing branch over a stage, to the base of the next one or to the step's end."""
+    by_f2, by_k2, by_c2 = branch_partials(mount, f2, gh, rate)
+    _, b1 = branch(mount, 0.0, gh)
+    ahead = (1.0 - GAMMA) / GAMMA
+    for j in range(rate_sens.size):
+        new = by_f2 * f2_base[j] + b1 * rate_sens[j]
+        if j == mount_column[K2]:
+            new += by_k2
+        if j == mount_column[C2]:
+            new += by_c2
+        if last:
+            f2_sens[j] = new
+        else:
+            f2_base[j] = f2_sens[j] + ahead * (new - f2_sens[j])
