@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from rigctl.clock import Clock
 from rigctl.device import Control, RigState, describe
-from rigctl.errors import GateError, RequestDenied, RigFault, StopFailed, TransportError, TransportTimeout
+from rigctl.errors import GateError, RequestDenied, RigFault, StopFailed, TooCold, TransportError, TransportTimeout
 from rigctl.limits import Configuration
 from rigctl.stream import Stream
 from rigctl.transport import Identity, Reply, SetpointBlock, Status, Transport
@@ -33,6 +33,10 @@ class Axis:
         self._last: Status | None = None
         self._beat, self._beat_at, self._beats_missed = -1, clock.now(), 0
         self.run_id = secrets.randbelow(0xFFFF) + 1  # never the one of the run before, which may still be in flight
+
+    def begin_another(self) -> None:
+        """Number the next run: what the rig still has of the last one is void."""
+        self.run_id = self.run_id % 0xFFFF + 1
 
     def identify(self) -> Identity:
         return self._insist(lambda: self._transport.identify(CALL_S), CONNECT_S)
@@ -65,6 +69,15 @@ class Axis:
     def activate(self) -> None:
         """Let the rig play its FIFO."""
         self._command(Control.ACTIVATE)
+
+    def hold(self) -> Status:
+        """Bring the motion to rest within the rig's own limits; the loop stays closed."""
+        self._command(Control.HOLD)
+        return self._poll(lambda s: s.state is RigState.HOLD and s.arrived, "rest in HOLD")
+
+    def rest(self, may_go_on: Callable[[Status], bool]) -> None:
+        """Keep the rig in HOLD, alive and watched, until it may go on."""
+        self._watch(may_go_on, lambda s: "", lambda text: None)
 
     def exchange(self, block: SetpointBlock | None, stream: Stream, patience_s: float) -> Reply:
         """Exchange one block; a lost answer is asked for again, from what the rig is known to have."""
@@ -120,7 +133,7 @@ class Axis:
 
         def passed(s: Status) -> bool:
             if low_degc is not None and s.temperature_degc < low_degc:
-                raise GateError(
+                raise TooCold(
                     f"the damper is at {s.temperature_degc:.1f} °C, "
                     f"the test starts at {low_degc:g} °C or above: play a warm-up first"
                 )

@@ -7,9 +7,11 @@ RigError
 ├── TransportError       the wire failed: the rig's state is unknown until it is read again
 │   ├── TransportTimeout no answer before the deadline
 │   └── RequestDenied    the rig understood and refused; asking again changes nothing
+├── InterlockTripped     an interlock of the host ended the test
 ├── RigFault             the rig stopped on its own and says why
 ├── IterationError       a drive-file iteration that cannot be done with these numbers
 ├── GateError            a temperature gate or another condition was not met before its deadline
+│   └── TooCold          the damper has to be warmed up first
 ├── StopFailed           the stop was not acknowledged: the rig may still be powered
 └── RunFileError         a run file cannot be used
 """
@@ -55,6 +57,14 @@ class RigFault(RigError):
 
 class GateError(RigError):
     """A temperature gate or another condition was not met before its deadline."""
+
+
+class TooCold(GateError):
+    """The damper is colder than the test's gate: waiting does not help, a warm-up does."""
+
+
+class InterlockTripped(RigError):
+    """An interlock of the host ended the test."""
 
 
 class StopFailed(RigError):

@@ -3,30 +3,23 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
+from dataclasses import dataclass
 from pathlib import Path
-from uuid import uuid4
-
-import numpy as np
 
 from excitation.plan import Test
 from rigctl.address import connect
 from rigctl.axis import CALL_S, Axis
 from rigctl.clock import Clock, SystemClock
 from rigctl.device import describe
-from rigctl.errors import LimitError, RigError, RigFault, TransportError
-from rigctl.interlocks import check_waveform
+from rigctl.errors import GateError, InterlockTripped, LimitError, RigError, RigFault, TransportError
+from rigctl.interlocks import Action, Interlock, Watch, check_waveform
 from rigctl.limits import Configuration, Limits, tighter
 from rigctl.progress import Phase, Progress
-from rigctl.runfile import Run
-from rigctl.runwriter import RunWriter, part_path
+from rigctl.recording import Labels, Recorder, file_stem, free_path, template
 from rigctl.stream import Stream, StreamPlan
-from rigctl.transport import CaptureBlock, Identity, Reply, Transport
+from rigctl.transport import CaptureBlock, Identity, Reply, Status, Transport
 from rigctl.waveform import Waveform, with_ramps
 
 __all__ = ["PlayerSettings", "connect", "file_stem", "play"]
@@ -37,22 +30,14 @@ class PlayerSettings:
     """Times and sizes that a laboratory may want otherwise."""
 
     ramp_s: float = 1.0
+    settle_s: float = 0.0  # at full size before it counts; of periodic excitations only
     limits: Limits | None = None  # tighter than the machine's
     link_patience_s: float = 2.0  # exchanges are tried again for so long
     stall_s: float = 5.0  # without any progress of the rig
-    gate_s: float = 3600.0  # of the rig's time, for the temperature gate
+    gate_s: float = 3600.0  # of the rig's time, for the temperature gate and for an interlock that holds
+    interlocks: tuple[Interlock, ...] = ()
     report_s: float = 0.1
     poll_s: float = 0.004
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Labels:
-    """What the run file says about its origin."""
-
-    specimen: str = ""
-    campaign_id: str = ""
-    test_id: str = ""
-    operator: str = ""
 
 
 class _Stopped(Exception):
@@ -66,6 +51,7 @@ def play(
     *,
     on_progress: Callable[[Progress], None] = lambda progress: None,
     should_stop: Callable[[], str | None] = lambda: None,
+    should_hold: Callable[[], bool] = lambda: False,
     clock: Clock | None = None,
     specimen: str = "",
     campaign_id: str = "",
@@ -76,11 +62,15 @@ def play(
     """Play one test and return the run file's path.
 
     The file's status is ``complete``, or ``aborted`` when `should_stop` gave a reason. The rig ends disabled.
+    As long as `should_hold` says so the rig rests where it came to a stop, under power; then it leads in again and
+    goes on with the first sample that is not recorded yet. The file tells of both in its events.
 
     Raises
     ------
     LimitError, GateError, IdentityError
         Nothing has moved and there is no file.
+    InterlockTripped
+        An interlock of the host ended the test: the file is ``aborted``.
     RigFault
         The rig stopped on its own: the file, in ``error.run_path``, is ``aborted``.
     TransportError
@@ -88,7 +78,7 @@ def play(
     StopFailed
         The rig did not acknowledge the stop.
     """
-    labels = Labels(specimen=specimen, campaign_id=campaign_id, test_id=test_id, operator=operator)
+    labels = Labels(specimen=specimen, campaign_id=campaign_id, test_id=test_id or test.name, operator=operator)
     player = _Player(
         transport=transport,
         test=test,
@@ -98,6 +88,7 @@ def play(
         clock=clock or SystemClock(),
         on_progress=on_progress,
         should_stop=should_stop,
+        should_hold=should_hold,
     )
     return player.run()
 
@@ -112,61 +103,117 @@ class _Player:
     clock: Clock
     on_progress: Callable[[Progress], None]
     should_stop: Callable[[], str | None]
+    should_hold: Callable[[], bool]
     reported_at: float = float("-inf")
-    received: int = 0
     stream: Stream | None = None
+    waveform: Waveform | None = None
+    recorder: Recorder | None = None
+    holding: Interlock | None = None  # what the test rests for, where nobody asked for it
 
     def run(self) -> Path:
         axis = Axis(self.transport, self.clock, stall_s=self.settings.stall_s)
         self._report(Phase.CONNECTING)
         identity = axis.identify()
-        waveform = with_ramps(self.test.excitation, self.settings.ramp_s)
         configuration = self._configuration(identity)
-        _check(self.test, waveform, configuration, identity)
-        writer: RunWriter | None = None
+        _check_rate(self.test, identity, configuration.sample_rate_hz)
+        self.waveform = self._waveform(0, configuration.limits)
         try:
             axis.prepare(configuration)
             self._wait(axis)
             self._report(Phase.STARTING)
-            axis.enable(waveform.displacement_m[0], waveform.current_a[0])
-            writer = self._writer(identity)
-            self._stream(axis, waveform, configuration, identity, writer)
+            self._play_on(axis, configuration, identity)
             axis.make_safe()
-            return self._close(writer, "complete")
+            return self._close("complete")
         except BaseException as error:  # noqa: BLE001  # whatever it is: safe first, `_end` raises it again
-            return self._end(axis, waveform, writer, error)
+            return self._end(axis, error)
 
-    def _end(self, axis: Axis, waveform: Waveform, writer: RunWriter | None, error: BaseException) -> Path:
+    def _play_on(self, axis: Axis, configuration: Configuration, identity: Identity) -> None:
+        """Play to the end, through every hold."""
+        watch = Watch(self.settings.interlocks, configuration.sample_rate_hz)
+        while self.waveform is not None:
+            axis.enable(self.waveform.displacement_m[0], self.waveform.current_a[0])
+            recorder = self._recording(identity)
+            self._stream(axis, self.waveform, recorder, configuration, identity, watch)
+            if not self._complete:
+                self._hold(axis, recorder)
+            if self._complete:
+                return
+            self.waveform = self._waveform(recorder.samples, configuration.limits)
+            axis.begin_another()
+            self._report(Phase.RESUMING)
+
+    @property
+    def _complete(self) -> bool:
+        return self.recorder is not None and self.recorder.samples == self.test.excitation.samples
+
+    def _waveform(self, start: int, limits: Limits) -> Waveform:
+        """Lay out what is still to be played; in the middle of a test the ramp may be longer."""
+        excitation, error = self.test.excitation, None
+        for longer in (1, 2, 4) if start else (1,):
+            waveform = with_ramps(
+                excitation, longer * self.settings.ramp_s, start=start, settle_s=self.settings.settle_s
+            )
+            try:
+                check_waveform(waveform.displacement_m, waveform.current_a, excitation.sample_rate_hz, limits)
+            except LimitError as found:
+                error = found
+            else:
+                return waveform
+        raise LimitError(f"test {self.test.name!r}: {error}") from None
+
+    def _hold(self, axis: Axis, recorder: Recorder) -> None:
+        """Come to rest, keep what was played until then, and wait until the test may go on."""
+        self._report(Phase.HOLDING)
+        came = axis.hold()
+        self._drain()
+        if self._complete:
+            return
+        recorder.event(f"hold, {self.holding}" if self.holding else "hold")
+        ends = came.sample_index + round(self.settings.gate_s * self.test.excitation.sample_rate_hz)
+        axis.rest(lambda status: self._may_go_on(status, ends))
+        recorder.event("resumed")
+        self.holding = None
+
+    def _may_go_on(self, status: Status, ends: int) -> bool:
+        self._stop_if_asked()
+        self._report(Phase.HOLD, str(self.holding or ""))
+        if self.holding is not None and not self.holding.holds(status.measured)[0]:
+            if status.sample_index >= ends:
+                raise GateError(f"still outside after {self.settings.gate_s:g} s of holding: {self.holding}")
+            return False
+        return not self.should_hold()
+
+    def _end(self, axis: Axis, error: BaseException) -> Path:
         """Make the rig safe, then the file true, then tell: after anything that went other than planned."""
         status = "truncated" if isinstance(error, TransportError) else "aborted"
         tell, self.on_progress = self.on_progress, _tell_nobody  # what is told may raise: safe comes first
         trouble = _safe_despite_interrupts(axis)
         path = None
-        if writer is not None:
+        if self.recorder is not None:
             if trouble is None and not isinstance(error, TransportError):
-                self._drain(writer, waveform)
-            seconds = writer.samples / self.test.excitation.sample_rate_hz
-            writer.event(seconds, f"{status}: {str(error) or type(error).__name__}")
-            path = writer.close(status)
+                with suppress(TransportError):
+                    self._drain()
+            self.recorder.event(f"{status}: {str(error) or type(error).__name__}")
+            path = self.recorder.close(status)
         self.on_progress = tell
         if isinstance(error, Exception):
             self._report(Phase.STOPPED, f"{status}: {error}")
         return _outcome(self.test.name, error, trouble, path)
 
-    def _drain(self, writer: RunWriter, waveform: Waveform) -> None:
-        """Fetch what the rig captured before it stopped: the samples that show why."""
-        with suppress(TransportError):
-            while self.stream is not None:
-                reply = self.transport.exchange(None, self.stream.plan.run_id, self.stream.captured, CALL_S)
-                fresh = self.stream.take(reply)
-                if fresh is None:
-                    return
-                self._record(writer, waveform, fresh)
-
-    def _close(self, writer: RunWriter, status: str) -> Path:
-        path = writer.close(status)
+    def _close(self, status: str) -> Path:
+        assert self.recorder is not None
+        path = self.recorder.close(status)
         self._report(Phase.STOPPED, status)
         return path
+
+    def _drain(self) -> None:
+        """Fetch what the rig captured before it stopped: the samples that show why."""
+        while self.stream is not None:
+            reply = self.transport.exchange(None, self.stream.plan.run_id, self.stream.captured, CALL_S)
+            fresh = self.stream.take(reply)
+            if fresh is None:
+                return
+            self._record(fresh)
 
     def _configuration(self, identity: Identity) -> Configuration:
         limits = identity.limits
@@ -190,42 +237,24 @@ class _Player:
         axis.dwell(test.dwell_s, rate, tell)
         axis.await_temperature(test.min_temperature_degc, test.max_temperature_degc, rate, self.settings.gate_s, tell)
 
-    def _writer(self, identity: Identity) -> RunWriter:
-        self.out_dir.mkdir(parents=True, exist_ok=True)
-        return RunWriter(free_path(self.out_dir, self.test.name), self._template(identity), clock=self.clock.now)
-
-    def _template(self, identity: Identity) -> Run:
-        excitation = self.test.excitation
-        units = {"force": "N", "displacement": "m", "displacement_command": "m", "temperature": "degC"}
-        units["pressure"] = "Pa"
-        if excitation.current_a is not None:
-            units |= {"current": "A", "current_command": "A"}
-        return Run(
-            run_id=uuid4().hex,
-            created=datetime.now(UTC).isoformat(timespec="milliseconds"),
-            specimen=self.labels.specimen,
-            sample_rate_hz=excitation.sample_rate_hz,
-            period_samples=excitation.period_samples,
-            excitation_kind=str(excitation.kind),
-            status="truncated",
-            channels={name: np.empty(0) for name in units},
-            units=units,
-            design=dict(excitation.design),
-            test_id=self.labels.test_id or self.test.name,
-            campaign_id=self.labels.campaign_id,
-            rig=f"{identity.vendor} {identity.model} {identity.serial} at {self.transport.url}",
-            operator=self.labels.operator,
-            software_version=_software_version(),
-        )
+    def _recording(self, identity: Identity) -> Recorder:
+        if self.recorder is None:
+            self.out_dir.mkdir(parents=True, exist_ok=True)
+            run = template(self.test.excitation, self.labels, identity, self.transport.url)
+            path = free_path(self.out_dir, self.test.name)
+            self.recorder = Recorder(path, run, self.test.excitation, self.clock.now)
+        return self.recorder
 
     def _stream(
         self,
         axis: Axis,
         waveform: Waveform,
+        recorder: Recorder,
         configuration: Configuration,
         identity: Identity,
-        writer: RunWriter,
+        watch: Watch,
     ) -> None:
+        """Play a waveform to its end, or until the test has to hold."""
         self.stream = stream = Stream(
             plan=StreamPlan(
                 run_id=axis.run_id,
@@ -240,12 +269,16 @@ class _Player:
         started, progress, progressed_at = False, (0, 0, 0), self.clock.now()
         while not stream.finished:
             self._stop_if_asked()
+            if not self._complete and (self.holding is not None or self.should_hold()):
+                return
             block = stream.next_block()
             reply = axis.exchange(block, stream, self.settings.link_patience_s)
             fresh = stream.take(reply)
             if fresh is not None:
-                self._record(writer, waveform, fresh)
+                self._record(fresh)
             _raise_fault(reply)
+            if fresh is not None:
+                self._act_on(watch.tripped(fresh.values), recorder)
             if not started and stream.prefilled:
                 axis.activate()
                 started = True
@@ -257,25 +290,19 @@ class _Player:
             if block is None and fresh is None:
                 self.clock.sleep(self.settings.poll_s)
 
-    def _record(self, writer: RunWriter, waveform: Waveform, block: CaptureBlock) -> None:
-        first = max(waveform.lead - block.first_index, 0)
-        last = min(waveform.lead + waveform.samples - block.first_index, block.samples)
-        if first < last:
-            values = block.values[first:last]
-            start = block.first_index + first
-            part = slice(start, start + values.shape[0])
-            rows = {
-                "force": values[:, 0],
-                "displacement": values[:, 1],
-                "displacement_command": waveform.displacement_m[part],
-                "temperature": values[:, 3],
-                "pressure": values[:, 4],
-            }
-            if self.test.excitation.current_a is not None:
-                rows |= {"current": values[:, 2], "current_command": waveform.current_a[part]}
-            writer.append(rows)
-            self.received += values.shape[0]
-            recorded = replace(block, first_index=start - waveform.lead, values=values)
+    def _act_on(self, tripped: tuple[Interlock, ...], recorder: Recorder) -> None:
+        for one in tripped:
+            if one.action is Action.STOP:
+                raise InterlockTripped(str(one))
+            recorder.event(str(one))
+            if one.action is Action.HOLD:
+                self.holding = one
+
+    def _record(self, block: CaptureBlock) -> None:
+        assert self.recorder is not None
+        assert self.waveform is not None
+        recorded = self.recorder.record(block, self.waveform)
+        if recorded is not None:
             self._report(Phase.RUNNING, block=recorded)
 
     def _stop_if_asked(self) -> None:
@@ -285,16 +312,15 @@ class _Player:
 
     def _report(self, phase: Phase, text: str = "", block: CaptureBlock | None = None) -> None:
         now = self.clock.now()
-        if phase in (Phase.RUNNING, Phase.WAITING) and now - self.reported_at < self.settings.report_s:
+        if phase in (Phase.RUNNING, Phase.WAITING, Phase.HOLD) and now - self.reported_at < self.settings.report_s:
             return
         self.reported_at = now
-        total = self.test.excitation.samples
         self.on_progress(
             Progress(
                 test=self.test.name,
                 phase=phase,
-                samples=self.received,
-                total_samples=total,
+                samples=0 if self.recorder is None else self.recorder.samples,
+                total_samples=self.test.excitation.samples,
                 text=text,
                 block=block,
             )
@@ -336,37 +362,9 @@ def _raise_fault(reply: Reply) -> None:
         raise RigFault(f"the rig stopped: {describe(reply.faults)}")
 
 
-def _check(test: Test, waveform: Waveform, configuration: Configuration, identity: Identity) -> None:
-    rate = configuration.sample_rate_hz
-    if not identity.sample_rate_min_hz <= rate <= identity.sample_rate_max_hz:
+def _check_rate(test: Test, identity: Identity, rate_hz: float) -> None:
+    if not identity.sample_rate_min_hz <= rate_hz <= identity.sample_rate_max_hz:
         raise LimitError(
-            f"test {test.name!r}: sample_rate is {rate:g} Hz, "
+            f"test {test.name!r}: sample_rate is {rate_hz:g} Hz, "
             f"the rig plays {identity.sample_rate_min_hz:g} … {identity.sample_rate_max_hz:g} Hz"
         )
-    try:
-        check_waveform(waveform.displacement_m, waveform.current_a, rate, configuration.limits)
-    except LimitError as error:
-        raise LimitError(f"test {test.name!r}: {error}") from None
-
-
-def file_stem(name: str) -> str:
-    """Make a file's name of a test's."""
-    return re.sub(r"[^\w.+-]+", "_", name).strip("._") or "run"
-
-
-def free_path(directory: Path, name: str) -> Path:
-    """Name a run file after its test; where that name is taken, add -2, -3 …"""
-    stem = file_stem(name)
-    number = 1
-    while True:
-        path = directory / (f"{stem}.h5" if number == 1 else f"{stem}-{number}.h5")
-        if not path.exists() and not part_path(path).exists():
-            return path
-        number += 1
-
-
-def _software_version() -> str:
-    try:
-        return f"damper-rig {version('damper-rig')}"
-    except PackageNotFoundError:  # run from a source tree that is not installed
-        return "damper-rig"

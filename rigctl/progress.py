@@ -15,7 +15,9 @@ class Phase(StrEnum):
     WAITING = "waiting"  # for the temperature gate, or dwelling
     STARTING = "starting"
     RUNNING = "running"
+    HOLDING = "holding"  # coming to rest
     HOLD = "hold"
+    RESUMING = "resuming"
     STOPPING = "stopping"
     STOPPED = "stopped"
 

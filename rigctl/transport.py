@@ -67,6 +67,11 @@ class Status:
     temperature_degc: float
     pressure_pa: float
 
+    @property
+    def measured(self) -> NDArray[np.float64]:
+        """What the sensors say, as a captured sample does, (1, 5)."""
+        return np.array([[self.force_n, self.displacement_m, self.current_a, self.temperature_degc, self.pressure_pa]])
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetpointBlock:

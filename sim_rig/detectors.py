@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigctl.device import Fault
+from rigctl.interlocks import first_trip
 from rigctl.limits import Limits
 from sim_rig.sensors import RANGE
 
@@ -107,14 +108,3 @@ class Detectors:
             (temperature > limits.temperature_max_degc) & ~false[:, 3],
             pressure < PRESSURE_MIN_PA,
         ]
-
-
-def first_trip(violated: NDArray[np.bool_], lasting: int, needed: int) -> tuple[int | None, int]:
-    """Find where a violation has lasted `needed` samples, `lasting` of them before, and how long it lasts."""
-    if not violated.any():
-        return None, 0
-    index = np.arange(violated.size)
-    since = np.maximum.accumulate(np.where(violated, -1, index))  # last sample without violation, −1 if none
-    length = np.where(violated, index - since, 0) + np.where(violated & (since < 0), lasting, 0)
-    reached = np.flatnonzero(length >= needed)
-    return (int(reached[0]), 0) if reached.size else (None, int(length[-1]))

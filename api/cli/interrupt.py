@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import signal
 import weakref
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["ignore_signals", "take_signals"]
+__all__ = ["ignore_signals", "take_hold", "take_signals"]
 
 _AGAIN_S = 0.5
 _ENDING = (signal.SIGINT, signal.SIGTERM)
@@ -59,3 +61,22 @@ def ignore_signals() -> None:
         signal.signal(signal.SIGALRM, signal.SIG_IGN)
     for number in _ENDING:
         signal.signal(number, signal.SIG_IGN)
+
+
+@contextmanager
+def take_hold() -> Iterator[Callable[[], bool]]:
+    """Ctrl-Z (SIGTSTP) asks for a hold, and again to go on, instead of stopping the process with the rig in motion."""
+    held = False
+
+    def turn(number: int, frame: FrameType | None) -> None:
+        nonlocal held
+        held = not held
+
+    if not hasattr(signal, "SIGTSTP"):
+        yield lambda: False
+        return
+    before = signal.signal(signal.SIGTSTP, turn)
+    try:
+        yield lambda: held
+    finally:
+        signal.signal(signal.SIGTSTP, before)

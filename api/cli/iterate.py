@@ -33,24 +33,30 @@ def iterate(
     """
     from functools import partial
 
-    from api.cli.run import tests_of
+    from api.cli.run import plan_of
     from api.cli.terminal import answer, progress_display
     from rigctl.drive import IterationSettings
     from rigctl.iterate import Iterated, Outcome, write_drive
     from rigctl.iterate import iterate as iterated_by
     from rigctl.iterate_plot import write_convergence
     from rigctl.player import connect, file_stem, play
+    from rigctl.warm_up import warmed_up
 
     settings = IterationSettings(gain=gain, bandwidth_hz=bandwidth, tolerance=tolerance / 100, most=iterations)
-    tests, transport = tests_of(file), connect(rig)
+    plan, transport = plan_of(file), connect(rig)
     found: list[tuple[str, Iterated]] = []
     made: list[dict[str, Any]] = []
     try:
         with progress_display() as display:
-            for test in tests:
+            for test in plan.tests:
                 bar = display.add_task(test.name, total=iterations + 1)
                 one = iterated_by(
-                    partial(play, transport, out_dir=output, specimen=specimen, operator=operator),
+                    partial(
+                        warmed_up,
+                        partial(play, transport, specimen=specimen, operator=operator),
+                        out_dir=output,
+                        warm_up=plan.warm_up,
+                    ),
                     test,
                     settings=settings,
                     on_step=lambda step, bar=bar: display.advance(bar),  # type: ignore[misc]  # the default binds it

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from excitation import Test
+    from excitation import TestPlan
 
 __all__ = ["run"]
 
@@ -21,49 +21,74 @@ def run(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the run files.")],
     specimen: Annotated[str, typer.Option(help="What is in the rig: goes into every run file.")] = "",
     operator: Annotated[str, typer.Option(help="Who does it: goes into every run file.")] = "",
+    interlock: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="CHANNEL:LOW:HIGH:ACTION[:DELAY_S]",
+            help="What must stay between two values (SI) or else: indicate, hold or stop.",
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the run files as JSON.")] = False,
 ) -> None:
     """Stream excitation files or plans to the rig and capture one run file for each test.
 
-    Ctrl-C stops the rig within its own limits, closes the run file as 'aborted', and ends.
+    Ctrl-C stops the rig within its own limits, closes the run file as 'aborted', and ends. Ctrl-Z holds: the rig comes
+    to rest under power; Ctrl-Z again resumes, and no sample is lost or doubled. A plan's warm-up is played, and not
+    recorded, while the damper is too cold for the next test.
 
     Example: damper-rig run multisine.h5 plan.toml --rig modbus://127.0.0.1:5020 -o runs
     """
-    from api.cli.terminal import answer, progress_display
-    from rigctl.player import connect, play
-    from rigctl.progress import Progress
+    from functools import partial
 
-    tests = [test for file in files for test in tests_of(file)]
+    from api.cli.interrupt import take_hold
+    from api.cli.terminal import answer, progress_display
+    from rigctl.interlocks import interlock as interlock_from
+    from rigctl.player import PlayerSettings, connect, play
+    from rigctl.progress import Progress
+    from rigctl.warm_up import warmed_up
+
+    plans = [plan_of(file) for file in files]
+    settings = PlayerSettings(interlocks=tuple(interlock_from(text) for text in interlock or ()))
     transport = connect(rig)
     made: list[dict[str, Any]] = []
     try:
-        with progress_display() as display:
-            for test in tests:
+        with progress_display() as display, take_hold() as should_hold:
+            for test, warm_up in ((test, plan.warm_up) for plan in plans for test in plan.tests):
                 bar = display.add_task(test.name, total=test.excitation.samples)
 
                 def tell(progress: Progress, bar: Any = bar) -> None:
-                    display.update(bar, completed=progress.samples)
+                    text = f"{progress.test}: {progress.phase} {progress.text}".rstrip()
+                    display.update(bar, completed=progress.samples, description=text)
 
-                path = play(transport, test, output, on_progress=tell, specimen=specimen, operator=operator)
+                one = partial(
+                    play,
+                    transport,
+                    on_progress=tell,
+                    should_hold=should_hold,
+                    specimen=specimen,
+                    operator=operator,
+                    settings=settings,
+                )
+                path = warmed_up(one, test, output, warm_up, gate_s=settings.gate_s)
                 made.append({"test": test.name, "file": str(path)})
     finally:
         transport.close()
         answer("\n".join(str(one["file"]) for one in made), made, as_json=as_json)
 
 
-def tests_of(file: Path) -> tuple[Test, ...]:
-    """The tests in a plan, or the one of an excitation file, named after the file.
+def plan_of(file: Path) -> TestPlan:
+    """The plan in a file, or the one test of an excitation file, named after the file.
 
     Raises ExcitationFileError or DesignError.
     """
-    from excitation import ExcitationFileError, Test, read_excitation, read_plan
+    from excitation import ExcitationFileError, Test, TestPlan, read_excitation, read_plan
 
     if file.suffix.lower() != ".csv":
-        return read_plan(file).tests
+        return read_plan(file)
     try:
-        return (Test(name=file.stem, excitation=read_excitation(file)),)
+        return TestPlan(tests=(Test(name=file.stem, excitation=read_excitation(file)),))
     except ExcitationFileError as as_excitation:
         try:
-            return read_plan(file).tests
+            return read_plan(file)
         except ExcitationFileError:
             raise as_excitation from None

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ import pytest
 from api.cli.main import main
 from excitation.files import read_excitation, write_excitation
 from excitation.signal import Excitation, Kind
+from rigctl.address import connect
 from rigctl.runfile import read_run
 
 RIGS = ("modbus://127.0.0.1:0", "can://loopback/cli-{}", "can://loopback/cli-{}?fd=true")
@@ -102,7 +105,6 @@ def test_a_foreign_device_and_another_map_are_one_line_and_no_motion(
     words: str,
 ) -> None:
     from rigctl import modbus_map
-    from rigctl.address import connect
 
     with monkeypatch.context() as patch:
         patch.setattr(modbus_map, what, 0x77)
@@ -164,3 +166,72 @@ def test_iterate_that_does_not_get_there_ends_with_1_and_keeps_the_best(
         assert main(arguments) == 1
     assert "not converged" in capsys.readouterr().out
     assert (road / "out" / "road.drive.h5").is_file()
+
+
+def test_ctrl_z_holds_and_ctrl_z_again_resumes_and_no_sample_is_lost(road: Path) -> None:
+    with a_sim("modbus://127.0.0.1:0", "--speed", "1") as rig:
+        command = [sys.executable, "-m", "api.cli", "run", "road.h5", "--rig", rig, "-o", "runs", "--json"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process, closing(connect(rig)) as wire:
+            _until(lambda: wire.status(2.0).consumed > 1500)
+            process.send_signal(signal.SIGTSTP)
+            _until(lambda: (s := wire.status(2.0)).state.name == "HOLD" and s.arrived)
+            process.send_signal(signal.SIGTSTP)
+            said, _ = process.communicate(timeout=30)
+            assert process.returncode == 0
+    run = read_run(road / json.loads(said)[0]["file"])
+    assert (run.status, run.samples) == ("complete", 3000)
+    assert [text for _, text in run.events] == ["hold", "resumed"]
+    assert np.std(run.channels["displacement"] - run.channels["displacement_command"]) < 0.2 * np.std(
+        run.channels["displacement_command"]
+    )
+
+
+PLAN = """
+[warm_up]
+name = "warm-up"
+kind = "sine"
+sample_rate = 1000.0
+amplitude = 0.02
+frequency = 4.0
+cycles = 20
+current = 0.5
+
+[[tests]]
+name = "warm"
+kind = "sine"
+sample_rate = 1000.0
+amplitude = 0.005
+frequency = 4.0
+cycles = 2
+current = 0.5
+min_temperature = {low}
+"""
+
+
+def test_a_plan_warms_the_damper_up_before_its_test_and_records_the_test_only(
+    road: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (road / "plan.toml").write_text(PLAN.format(low=31))
+    with a_sim("modbus://127.0.0.1:0", "--speed", "50") as rig:
+        assert main(["run", "plan.toml", "--rig", rig, "-o", "runs"]) == 0
+        assert [path.name for path in (road / "runs").iterdir()] == ["warm.h5"]
+        assert np.mean(read_run(road / "runs" / "warm.h5").channels["temperature"]) > 30.9
+        capsys.readouterr()
+        (road / "cold.toml").write_text(PLAN.format(low=90)[PLAN.index("[[tests]]") :])
+        assert main(["run", "cold.toml", "--rig", rig, "-o", "cold"]) == 1
+    assert "play a warm-up first" in said_in_one_line(capsys)
+
+
+def test_an_interlock_of_the_command_line_ends_the_test(road: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with a_sim("modbus://127.0.0.1:0", "--speed", "50") as rig:
+        arguments = ["run", "road.h5", "--rig", rig, "-o", "runs", "--interlock"]
+        assert main([*arguments, "force:-50:50:stop:0.005"]) == 1
+        assert "interlock: force outside -50 … 50: stop" in capsys.readouterr().err
+        assert main([*arguments, "force:-50:50:panic"]) == 2
+    assert read_run(road / "runs" / "road.h5").status == "aborted"
+
+
+def _until(true: Callable[[], bool], within_s: float = 30.0) -> None:
+    ends = time.monotonic() + within_s
+    while not true():
+        assert time.monotonic() < ends

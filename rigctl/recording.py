@@ -1,0 +1,118 @@
+"""From captured blocks to the run file: which samples belong to the excitation, and what the file says of itself."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from uuid import uuid4
+
+import numpy as np
+
+from excitation.signal import Excitation
+from rigctl.runfile import Run
+from rigctl.runwriter import RunWriter, part_path
+from rigctl.transport import CaptureBlock, Identity
+from rigctl.waveform import Waveform
+
+__all__ = ["Labels", "Recorder", "file_stem", "free_path"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Labels:
+    """What the run file says about its origin."""
+
+    specimen: str = ""
+    campaign_id: str = ""
+    test_id: str = ""
+    operator: str = ""
+
+
+class Recorder:
+    """Writes what belongs to the excitation, sample by sample and once, whatever was played around it."""
+
+    def __init__(self, path: Path, template: Run, excitation: Excitation, clock: Callable[[], float]) -> None:
+        self._writer, self._excitation = RunWriter(path, template, clock=clock), excitation
+
+    @property
+    def samples(self) -> int:
+        """Samples of the excitation that are recorded."""
+        return self._writer.samples
+
+    def record(self, block: CaptureBlock, waveform: Waveform) -> CaptureBlock | None:
+        """Keep the part of a block that belongs to the excitation; give it, numbered as the excitation is."""
+        first = max(waveform.lead - block.first_index, 0)
+        last = min(waveform.lead + waveform.samples - block.first_index, block.samples)
+        if first >= last:
+            return None
+        values = block.values[first:last]
+        start = waveform.start + block.first_index + first - waveform.lead
+        part = slice(start, start + values.shape[0])
+        rows = {
+            "force": values[:, 0],
+            "displacement": values[:, 1],
+            "displacement_command": self._excitation.displacement_m[part],
+            "temperature": values[:, 3],
+            "pressure": values[:, 4],
+        }
+        if self._excitation.current_a is not None:
+            rows |= {"current": values[:, 2], "current_command": self._excitation.current_a[part]}
+        self._writer.append(rows)
+        return replace(block, first_index=start, values=values)
+
+    def event(self, text: str) -> None:
+        """Note what happened behind the last sample."""
+        self._writer.event(self.samples / self._excitation.sample_rate_hz, text)
+
+    def close(self, status: str) -> Path:
+        return self._writer.close(status)
+
+
+def template(excitation: Excitation, labels: Labels, identity: Identity, url: str) -> Run:
+    """Make a run without samples: everything about a run that is known before it begins."""
+    units = {"force": "N", "displacement": "m", "displacement_command": "m", "temperature": "degC", "pressure": "Pa"}
+    if excitation.current_a is not None:
+        units |= {"current": "A", "current_command": "A"}
+    return Run(
+        run_id=uuid4().hex,
+        created=datetime.now(UTC).isoformat(timespec="milliseconds"),
+        specimen=labels.specimen,
+        sample_rate_hz=excitation.sample_rate_hz,
+        period_samples=excitation.period_samples,
+        excitation_kind=str(excitation.kind),
+        status="truncated",
+        channels={name: np.empty(0) for name in units},
+        units=units,
+        design=dict(excitation.design),
+        test_id=labels.test_id,
+        campaign_id=labels.campaign_id,
+        rig=f"{identity.vendor} {identity.model} {identity.serial} at {url}",
+        operator=labels.operator,
+        software_version=_software_version(),
+    )
+
+
+def file_stem(name: str) -> str:
+    """Make a file's name of a test's."""
+    return re.sub(r"[^\w.+-]+", "_", name).strip("._") or "run"
+
+
+def free_path(directory: Path, name: str) -> Path:
+    """Name a run file after its test; where that name is taken, add -2, -3 …"""
+    stem = file_stem(name)
+    number = 1
+    while True:
+        path = directory / (f"{stem}.h5" if number == 1 else f"{stem}-{number}.h5")
+        if not path.exists() and not part_path(path).exists():
+            return path
+        number += 1
+
+
+def _software_version() -> str:
+    try:
+        return f"damper-rig {version('damper-rig')}"
+    except PackageNotFoundError:  # run from a source tree that is not installed
+        return "damper-rig"

@@ -1,0 +1,40 @@
+"""A test whose temperature gate is too cold: the plan's warm-up is played until the gate opens, and not recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from excitation.plan import Test
+from rigctl.errors import GateError, TooCold
+
+GATE_S = 3600.0
+
+
+def warmed_up(
+    play: Callable[[Test, Path], Path], test: Test, out_dir: Path, warm_up: Test | None, *, gate_s: float = GATE_S
+) -> Path:
+    """Play a test and give its run file; before it, as often as it takes, the warm-up.
+
+    `play` plays a test into a folder (:func:`rigctl.player.play` with everything else filled in).
+
+    Raises
+    ------
+    GateError
+        When `gate_s` of warming up did not open the gate; TooCold where there is no warm-up.
+    RigError
+        As `play` does.
+    """
+    spent_s = 0.0
+    while True:
+        try:
+            return play(test, out_dir)
+        except TooCold as cold:
+            if warm_up is None:
+                raise
+            if spent_s >= gate_s:
+                raise GateError(f"test {test.name!r}: {gate_s:g} s of warm-up were not enough: {cold}") from cold
+        with TemporaryDirectory(prefix="warm-up-") as unkept:
+            play(warm_up, Path(unkept))
+        spent_s += warm_up.excitation.duration_s

@@ -1,0 +1,249 @@
+"""Hold and resume lose and double no sample; warm-ups, gates and interlocks do what the plan says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from excitation.plan import Test
+from excitation.signal import Excitation, Kind
+from rigctl.device import Fault, RigState
+from rigctl.errors import GateError, InterlockTripped, LimitError, RigFault, TooCold
+from rigctl.interlocks import Interlock, Watch, interlock
+from rigctl.player import PlayerSettings, play
+from rigctl.progress import Phase, Progress
+from rigctl.runfile import Run, read_run
+from rigctl.warm_up import warmed_up
+from sim_rig.direct import DirectTransport
+from tests.sim_rig.virtual import WIRES, wire_to
+
+QUICK = PlayerSettings(ramp_s=0.1)
+
+
+def play_on(bench: Any, test: Test, out: Path, **more: Any) -> Run:
+    wire = more.pop("wire", None) or DirectTransport(bench.rig, bench.clock)
+    return read_run(play(wire, test, out, clock=bench.clock, settings=more.pop("settings", QUICK), **more))
+
+
+def held(asked: range) -> Callable[[], bool]:
+    """Ask for hold in some of the moments in which the player asks."""
+    moments = count()
+    return lambda: next(moments) in asked
+
+
+def a_record(samples: int = 900) -> Test:
+    """A motion of which no two samples are alike."""
+    t = np.arange(samples) / 1000
+    x = 0.01 * np.sin(2 * np.pi * (3 + 2 * t) * t) + 0.004 * t
+    current = 0.6 + 0.5 * t / t[-1]
+    excitation = Excitation(
+        kind=Kind.SWEEP, sample_rate_hz=1000.0, period_samples=0, displacement_m=x, current_a=current
+    )
+    return Test(name="record", excitation=excitation)
+
+
+@pytest.mark.parametrize("wire", WIRES)
+@pytest.mark.parametrize("speed", [1.0, 20.0])
+def test_hold_and_resume_lose_and_double_no_sample_whenever_it_is(
+    bench: Callable[..., Any], tmp_path: Path, wire: str, speed: float
+) -> None:
+    test, events, first = a_record(), set(), 0
+    step = 40 if wire == "direct" else 160
+    while True:
+        b, seen = bench(speed=speed), list[Progress]()
+        asked = range(first, first + 12)
+        run = play_on(
+            b,
+            test,
+            tmp_path / str(first),
+            wire=wire_to(wire, b.rig, b.clock),
+            should_hold=held(asked),
+            on_progress=seen.append,
+        )
+        assert (run.status, run.samples) == ("complete", 900)
+        np.testing.assert_array_equal(run.channels["displacement_command"], test.excitation.displacement_m)
+        error = run.channels["displacement"] - run.channels["displacement_command"]
+        assert np.max(np.abs(error)) < 2e-3
+        assert np.max(np.abs(run.channels["current"][1:] - run.channels["current_command"][1:])) < 0.02
+        assert b.rig.controller.state is RigState.DISABLED
+        assert b.plant.fastest_m_s() < 1.0
+        assert b.plant.hardest_m_s2() < 1000
+        events.add(tuple(text for _, text in run.events))
+        phases = [p.phase for p in seen]
+        assert (Phase.HOLDING in phases) >= (Phase.RESUMING in phases)
+        if not run.events and first:
+            break
+        first += step
+    assert ("hold", "resumed") in events
+
+
+def test_a_run_that_was_held_measures_what_one_that_was_not_measures(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
+) -> None:
+    settings = replace(QUICK, ramp_s=0.4)
+    whole = play_on(bench(), a_sine(2000), tmp_path, settings=settings)
+    parts = play_on(bench(), a_sine(2000), tmp_path, settings=settings, should_hold=held(range(60, 90)))
+    assert [text for _, text in parts.events] == ["hold", "resumed"]
+    difference = parts.channels["force"] - whole.channels["force"]
+    assert np.std(difference) < 0.03 * np.std(whole.channels["force"])
+
+
+def test_a_test_that_holds_can_be_stopped_and_a_fault_in_hold_is_told(
+    bench: Callable[..., Any], tmp_path: Path
+) -> None:
+    b, phases = bench(speed=1.0), list[Phase]()
+    reason = lambda: "enough" if phases and phases[-1] is Phase.HOLD else None  # noqa: E731
+    run = play_on(
+        b,
+        a_record(),
+        tmp_path,
+        should_hold=lambda: len(phases) > 4,
+        should_stop=reason,
+        on_progress=lambda p: phases.append(p.phase),
+    )
+    assert run.status == "aborted"
+    assert 0 < run.samples < 900
+    assert run.events[-1][1] == "aborted: enough"
+    b, seen = bench(speed=1.0), list[Phase]()
+
+    def press(progress: Progress) -> None:
+        seen.append(progress.phase)
+        if progress.phase is Phase.HOLD:
+            b.rig.controller.stand(Fault.EMERGENCY_STOP, True)
+
+    with pytest.raises(RigFault, match="emergency stop") as caught:
+        play_on(b, a_record(), tmp_path, should_hold=lambda: len(seen) > 4, on_progress=press)
+    assert caught.value.run_path is not None
+    assert read_run(caught.value.run_path).status == "aborted"
+
+
+def test_a_host_that_dies_in_hold_leaves_a_rig_that_says_so(bench: Callable[..., Any], tmp_path: Path) -> None:
+    b, seen = bench(speed=1.0), list[Phase]()
+
+    def sleep(progress: Progress) -> None:
+        seen.append(progress.phase)
+        if progress.phase is Phase.HOLD:
+            b.wait(2.0)
+
+    with pytest.raises(RigFault, match="heartbeat"):
+        play_on(b, a_record(), tmp_path, should_hold=lambda: len(seen) > 4, on_progress=sleep)
+    assert b.rig.controller.state is RigState.FAULT_DISABLED
+
+
+def test_a_periodic_excitation_settles_before_it_counts(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
+) -> None:
+    def drift(settle_s: float) -> float:
+        run = play_on(bench(), a_sine(2000), tmp_path, settings=replace(QUICK, settle_s=settle_s))
+        first, last = run.channels["temperature"][:50], run.channels["temperature"][-50:]
+        assert run.samples == 2000
+        return float(np.mean(first) - np.mean(last)) + float(np.mean(last))
+
+    assert drift(5.0) > drift(0.0) + 0.5, "five seconds more at full size have warmed the damper"
+
+
+@pytest.mark.parametrize(
+    ("action", "error", "samples"),
+    [("indicate", None, 900), ("hold", GateError, None), ("stop", InterlockTripped, None)],
+)
+def test_an_interlock_of_the_host_indicates_holds_or_stops(
+    bench: Callable[..., Any],
+    tmp_path: Path,
+    action: str,
+    error: type[GateError | InterlockTripped] | None,
+    samples: int | None,
+) -> None:
+    b, test = bench(speed=20.0), a_record()
+    settings = replace(QUICK, interlocks=(interlock(f"pressure:3e7:4e7:{action}:0.01"),), gate_s=10.0)
+    if error is None:
+        run = play_on(b, test, tmp_path, settings=settings)
+        assert (run.status, run.samples) == ("complete", samples)
+    else:  # a pressure that never comes: the hold has its deadline
+        with pytest.raises(error, match="pressure outside") as caught:
+            play_on(b, test, tmp_path, settings=settings)
+        assert caught.value.run_path is not None
+        run = read_run(caught.value.run_path)
+        assert run.status == "aborted"
+    assert any("interlock: pressure" in text for _, text in run.events)
+    assert b.rig.controller.state is RigState.DISABLED
+
+
+def test_an_interlock_on_the_temperature_holds_until_the_damper_has_cooled(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
+) -> None:
+    b = bench(speed=5.0)
+    settings, heated = replace(QUICK, report_s=0.01, interlocks=(interlock("temperature:-20:26.5:hold"),)), []
+
+    def heat(progress: Progress) -> None:
+        if progress.samples > 1000 and not heated:
+            b.plant.heat(27.5)
+            heated.append(b.rig.controller.sample_index)
+
+    run = play_on(b, a_sine(8000, amplitude_m=0.001), tmp_path, settings=settings, on_progress=heat)
+    texts = [text for _, text in run.events]
+    assert (run.status, run.samples) == ("complete", 8000)
+    assert texts[1:3] == ["hold, interlock: temperature outside -20 … 26.5: hold", "resumed"]
+    assert np.max(run.channels["temperature"]) > 27.0 > 26.7 > np.max(run.channels["temperature"][-500:])
+    assert b.rig.controller.sample_index - heated[0] > 12_000
+
+
+def test_an_interlock_trips_once_for_each_time_that_it_is_left_for_its_delay() -> None:
+    watch = Watch([interlock("force:-10:10:indicate:0.003")], 1000.0)
+    force = np.zeros(40)
+    force[5:7] = 20  # too short
+    force[10:20] = 20
+    force[30:33] = -20
+    values = np.zeros((40, 5))
+    values[:, 0] = force
+    assert sum(len(watch.tripped(values[k : k + 4])) for k in range(0, 40, 4)) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("smell:0:1:stop", "channel 'smell' does not exist"),
+        ("force:1:0:stop", "1 must lie below 0"),
+        ("force:a:1:stop", "'a'"),
+        ("force:0:1:explode", "ACTION one of"),
+        ("force", "CHANNEL:LOW:HIGH:ACTION"),
+        ("force:0:1:stop:-1", "the delay is -1"),
+    ],
+)
+def test_an_interlock_that_cannot_be_is_refused_in_one_line(text: str, words: str) -> None:
+    with pytest.raises(LimitError, match=words) as caught:
+        interlock(text)
+    assert "\n" not in str(caught.value)
+    assert isinstance(interlock("force:-inf:5:stop"), Interlock)
+
+
+def test_a_cold_damper_is_warmed_up_until_the_gate_opens_and_only_the_test_is_recorded(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
+) -> None:
+    b = bench(speed=50.0)
+    wire = DirectTransport(b.rig, b.clock)
+    one = partial(play, wire, clock=b.clock, settings=QUICK)
+    test = replace(a_sine(200), min_temperature_degc=28.0, max_temperature_degc=60.0)
+    warm_up = a_sine(5000, amplitude_m=0.02, name="warm-up")
+    with pytest.raises(TooCold, match="warm-up"):
+        warmed_up(one, test, tmp_path, None)
+    run = read_run(warmed_up(one, test, tmp_path, warm_up))
+    assert np.mean(run.channels["temperature"]) > 27.9
+    assert [path.name for path in tmp_path.iterdir()] == ["sine.h5"]
+
+
+def test_a_warm_up_that_does_not_help_has_an_end(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
+) -> None:
+    b = bench(speed=50.0)
+    one = partial(play, DirectTransport(b.rig, b.clock), clock=b.clock, settings=QUICK)
+    test = replace(a_sine(200), min_temperature_degc=200.0)
+    with pytest.raises(GateError, match="3 s of warm-up were not enough"):
+        warmed_up(one, test, tmp_path, a_sine(1000, amplitude_m=1e-4), gate_s=3.0)
+    assert b.rig.controller.state is RigState.DISABLED
