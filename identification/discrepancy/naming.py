@@ -30,6 +30,9 @@ _HELPS = 0.08  # less will do for one of several, if all of them together explai
 _EXPLAINED = 0.1  # share of the base's excess that several names together may leave
 _MAX_EFFECTS = 4
 _SHORTLIST = 6
+_SPRINT = 5  # iterations after which a candidate far behind the best is given up
+_FAR = 5.0  # times the least excess
+_RIVALS = 0.6  # of the promise of the name that is in place: less can't replace it
 _FIT_ITERATIONS = 14
 _AT_NOISE = 0.02  # excess over noise energy at which no other start need be tried
 _TRADE = 60.0  # contribution over closed energy beyond which an element mostly re-describes the base
@@ -149,8 +152,31 @@ def contribution(model: Model, name: str, records: Sequence[Record]) -> float:
     return total
 
 
-def trials(start: Fit, given: Model, records: Sequence[Record]) -> list[Trial]:
-    """The shortlist: elements whose signatures explain most of the residual, each inserted and fitted."""
+def trials(start: Fit, given: Model, records: Sequence[Record], incumbent: str | None = None) -> list[Trial]:
+    """The shortlist: elements whose signatures explain most of the residual, each inserted and fitted.
+
+    All run a few iterations; those that are then far behind run no further. With an `incumbent`, only what promises
+    nearly as much as that name does is tried: nothing, when it leads alone.
+    """
+    top = _shortlist(start, records)
+    if incumbent is not None:
+        bar = _RIVALS * max((s[0][0] for n, s in top if n == incumbent), default=0.0)
+        top = [(n, s) for n, s in top if s[0][0] >= bar]
+        if [n for n, _ in top] == [incumbent]:
+            return []
+    sprints = {name: _sprint(start.model.with_element(starts[0][1]), records) for name, starts in top}
+    best = min((excess_of(f) for f in sprints.values() if f is not None), default=0.0)
+    reach = _FAR * max(best, _AT_NOISE * start.samples)
+    leaders = [name for name, _ in top[:2]]
+    fitted = [
+        _fitted(start, given, name, starts, records, sprint, full=name in leaders or excess_of(sprint) <= reach)
+        for name, starts in top
+        if (sprint := sprints[name]) is not None
+    ]
+    return [t for t in fitted if t is not None]
+
+
+def _shortlist(start: Fit, records: Sequence[Record]) -> list[tuple[str, list[tuple[float, Element]]]]:
     model, scales = start.model, scales_of(records, _gap(start, records))
     at = tangent(model, records)
     found = screen(model, [g for n in admissible(model, records, scales) for g in guesses(n, scales)], records, at)
@@ -158,9 +184,13 @@ def trials(start: Fit, given: Model, records: Sequence[Record]) -> list[Trial]:
     for s in found:
         if s.share > 0.0:
             best.setdefault(s.trial.name, []).append((s.share, s.trial))
-    top = sorted(best.items(), key=lambda item: -item[1][0][0])[:_SHORTLIST]
-    fitted = [_fitted(model, given, name, starts, records, excess_of(start)) for name, starts in top]
-    return [t for t in fitted if t is not None]
+    return sorted(best.items(), key=lambda item: -item[1][0][0])[:_SHORTLIST]
+
+
+def _sprint(start: Model, records: Sequence[Record]) -> Fit | None:
+    with suppress(SimulationError):
+        return fit_records(start, records, max_iterations=_SPRINT)
+    return None
 
 
 def _gap(fit: Fit, records: Sequence[Record]) -> float:
@@ -169,24 +199,25 @@ def _gap(fit: Fit, records: Sequence[Record]) -> float:
 
 
 def _fitted(
-    model: Model,
+    start: Fit,
     given: Model,
     name: str,
     starts: Sequence[tuple[float, Element]],
     records: Sequence[Record],
-    before: float,
+    sprint: Fit,
+    *,
+    full: bool,
 ) -> Trial | None:
-    """Fit from the start that promises most, and from a second one where that promises nearly as much."""
-    fits: list[Fit] = []
-    for start in _starts(model, given, starts):
-        with suppress(SimulationError):
-            fits.append(fit_records(start, records, max_iterations=_FIT_ITERATIONS))
-        if fits and excess_of(fits[-1]) < _AT_NOISE * fits[-1].samples:
+    """Go on from the sprint, and, where that does not reach the noise, from other starts."""
+    fits, model, before = [sprint], start.model, excess_of(start)
+    for other in _starts(sprint.model, model, given, starts) if full else ():
+        if excess_of(min(fits, key=_merit)) < _AT_NOISE * sprint.samples:
             break
-    if not fits:
-        return None
-    raw = min(fits, key=_merit)
-    fits.append(refined(raw, _last(raw.model, name), records))
+        with suppress(SimulationError):
+            fits.append(fit_records(other, records, max_iterations=_FIT_ITERATIONS))
+    if full:
+        raw = min(fits, key=_merit)
+        fits.append(refined(raw, _last(raw.model, name), records))
     best = min(fits, key=_merit)
     own = best.model.elements[_last(best.model, name)]
     return Trial(
@@ -207,12 +238,12 @@ def _merit(fit: Fit) -> tuple[bool, float]:
     return any(_denies(e) for e in fit.model.elements), fit.chi2
 
 
-def _starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:
+def _starts(sprinted: Model, model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:
     """Where to fit from: the refitted base has bent to hide the gap, the base as given has not; both are tried."""
     first, others = starts[0], [s for s in starts[1:] if s[0] > 0.5 * starts[0][0]]
     second = others[0] if others else first
     return [
-        model.with_element(first[1]),
+        sprinted,
         given.with_element(first[1]),
         *([model.with_element(second[1])] if others else []),
     ]
@@ -298,8 +329,8 @@ def _given(state: Search) -> Model:
 
 
 def _settle(state: Search, records: Sequence[Record]) -> Search:
-    """Swap each name for a better one, given all the others, and drop those that the others have made needless."""
-    for name in state.names:
+    """Swap each earlier name for a better one, given the latest, and drop those that it has made needless."""
+    for name in state.names[:-1]:
         rest = fit_records(state.fit.model.without(name), records, max_iterations=_FIT_ITERATIONS)
         others = tuple(n for n in state.names if n != name)
         form = FORM_TOLERANCE**2 * contribution(state.fit.model, name, records)
@@ -313,7 +344,7 @@ def _settle(state: Search, records: Sequence[Record]) -> Search:
                                           excess_after=excess_of(rest), rivals=())),
             )  # fmt: skip
             continue
-        found = trials(rest, _given(state).without(name), records)
+        found = trials(rest, _given(state).without(name), records, incumbent=name)
         best = choose(found)
         if best is not None and best.name != name and best.excess < state.excess - tolerance(best) - 10.0:
             move = Move(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,6 +97,12 @@ def _turned(hum: Element, rest: Floats, record: Record) -> tuple[Parameter, ...]
     return amplitude, frequency, replace(old, value=phase)
 
 
+@cache
+def _pool() -> ThreadPoolExecutor:
+    """One pool for all evaluations: to start its threads anew for each took an eighth of a search."""
+    return ThreadPoolExecutor(_WORKERS, thread_name_prefix="evaluate")
+
+
 def evaluate(model: Model, records: Sequence[Record], free: NDArray[np.bool_]) -> Evaluation:
     """Residuals (M,), N, and gradients of the force (M, K) for every record, computed in parallel.
 
@@ -117,8 +123,7 @@ def evaluate(model: Model, records: Sequence[Record], free: NDArray[np.bool_]) -
     if len(records) == 1:
         pairs = [one(records[0])]
     else:
-        with ThreadPoolExecutor(_WORKERS) as pool:
-            pairs = list(pool.map(one, records))
+        pairs = list(_pool().map(one, records))
     return Evaluation(tuple(r for r, _ in pairs), tuple(g for _, g in pairs))
 
 
