@@ -20,6 +20,8 @@ _MOST_RIG_TIME_S = 7 * 86400.0
 class NewCampaign:
     """A body of POST /v1/campaigns: tests in order, on one rig, with one specimen.
 
+    ``warm_up`` is played, and not recorded, while the damper is too cold for the next test's gate.
+
     Raises InputError, DesignError or UrlError: one line.
     """
 
@@ -29,6 +31,7 @@ class NewCampaign:
     rig: str
     specimen: str
     tests: list[dict[str, Any]] = field(repr=False)  # any JSON: excitation checks it
+    warm_up: dict[str, Any] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for key, longest in (("name", 200), ("specimen", 200), ("rig", 500)):
@@ -45,7 +48,8 @@ class NewCampaign:
 
     @cached_property
     def plan(self) -> TestPlan:
-        return plan_from_config({"tests": self.tests})
+        warm_up = {} if self.warm_up is None else {"warm_up": self.warm_up}
+        return plan_from_config({"tests": self.tests, **warm_up})
 
 
 def _check_text(key: str, value: str, longest: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from threading import Event
 
@@ -18,6 +19,7 @@ from rigctl.progress import Phase
 from rigctl.recover import recover_directory
 from rigctl.runfile import read_run
 from rigctl.transport import Transport
+from rigctl.warm_up import warmed_up
 
 __all__ = ["adopt_run_files", "play_campaign"]
 
@@ -80,15 +82,19 @@ def _play_test(
     path: Path | None
     trouble: RigError | ExcitationError | None = None
     try:
-        path = play(
-            transport,
+        path = warmed_up(
+            partial(
+                play,
+                transport,
+                on_progress=watch.on_progress,
+                should_stop=watch.should_stop,
+                specimen=campaign.specimen,
+                campaign_id=campaign.id,
+                test_id=test.name,
+            ),
             test_from_config(test.config),
             files.work_dir(campaign.id),
-            on_progress=watch.on_progress,
-            should_stop=watch.should_stop,
-            specimen=campaign.specimen,
-            campaign_id=campaign.id,
-            test_id=test.name,
+            None if campaign.warm_up is None else test_from_config(campaign.warm_up),
         )
     except RigError as error:
         path, trouble = error.run_path, error

@@ -67,6 +67,7 @@ class Campaign:
     name: str
     rig: str
     specimen: str
+    warm_up: Mapping[str, Any] | None  # any JSON object, as the configuration of a test is
     state: CampaignState
     reason: str  # why it failed or was aborted
     created_at_s: float

@@ -71,6 +71,7 @@ class CampaignAnswer(CampaignSummary):
     """One campaign, whole."""
 
     configurations: list[dict[str, JsonValue]]
+    warm_up: dict[str, JsonValue] | None
     events: list[EventAnswer]
 
 
@@ -158,6 +159,7 @@ def detail(campaign: Campaign, events: tuple[Event, ...]) -> CampaignAnswer:
     return CampaignAnswer(
         **dict(summary(campaign)),
         configurations=[dict(test.config) for test in campaign.tests],
+        warm_up=None if campaign.warm_up is None else dict(campaign.warm_up),
         events=[EventAnswer(number=e.number, at=_time(e.at_s), text=e.text) for e in events],
     )
 

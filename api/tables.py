@@ -36,6 +36,7 @@ campaigns = Table(
     Column("name", Text, nullable=False),
     Column("rig", Text, nullable=False),
     Column("specimen", Text, nullable=False),
+    Column("warm_up", JSON(none_as_null=True), nullable=True),
     Column("state", String(16), nullable=False),
     Column("reason", Text, nullable=False),
     Column("abort_reason", Text, nullable=True),  # an abort that was asked for while it runs

@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from excitation.plan import Test
-from rigctl.errors import GateError, TooCold
+from rigctl.errors import GateError, RigError, TooCold
 
 GATE_S = 3600.0
 
@@ -35,6 +35,14 @@ def warmed_up(
                 raise
             if spent_s >= gate_s:
                 raise GateError(f"test {test.name!r}: {gate_s:g} s of warm-up were not enough: {cold}") from cold
-        with TemporaryDirectory(prefix="warm-up-") as unkept:
-            play(warm_up, Path(unkept))
+        _play_unkept(play, warm_up)
         spent_s += warm_up.excitation.duration_s
+
+
+def _play_unkept(play: Callable[[Test, Path], Path], warm_up: Test) -> None:
+    with TemporaryDirectory(prefix="warm-up-") as folder:
+        try:
+            play(warm_up, Path(folder))
+        except RigError as error:
+            error.run_path = None  # it goes with the folder
+            raise

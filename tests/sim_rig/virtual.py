@@ -112,6 +112,7 @@ class VirtualBus(can.BusABC):
         self._inbox: list[tuple[int, bytes]] = []
         self.channel_info = "virtual"
         super().__init__("virtual")
+        self._is_shutdown = True  # there is nothing to shut down
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         self._device.take(msg.arbitration_id, bytes(msg.data))
@@ -129,7 +130,6 @@ class VirtualBus(can.BusABC):
 
     def shutdown(self) -> None:
         """Stay plugged in: whoever opens the bus again finds the same rig."""
-        self._is_shutdown = True
 
 
 def wire_to(name: str, rig: SimulatedRig, clock: Any) -> Transport:
