@@ -11,6 +11,7 @@ from typing import NoReturn
 import typer
 
 from api.cli.arguments import spread
+from api.cli.characterise import characterise
 from api.cli.convert import convert
 from api.cli.demo import demo
 from api.cli.design import design
@@ -45,6 +46,7 @@ app.command()(fit)
 app.command()(simulate)
 app.command()(score)
 app.command()(explain)
+app.command()(characterise)
 app.command()(convert)
 app.command()(serve)
 

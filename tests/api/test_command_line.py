@@ -122,6 +122,8 @@ OUT = ["-o", "out.h5"]
         (["score", "run.h5"], ["run.h5", "force_simulated"]),
         (["explain", "model.json", "run.h5", "--held-out", "absent.h5", "-o", "out"], ["absent.h5"]),
         (["explain", "model.json", "-o", "out"], ["RUN"]),
+        (["characterise", "run.h5", "-o", "sheet.pdf"], ["sheet.pdf", ".html"]),
+        (["characterise", "text.h5", "-o", "sheet.html"], ["text.h5"]),
         (["convert", "run.h5", "-o", "out.xyz"], ["out.xyz", ".csv"]),
         (["convert", "bad.csv", *OUT], ["bad.csv", "line 1"]),
         (["convert", "absent.mat", *OUT], ["absent.mat"]),
@@ -172,7 +174,20 @@ def test_a_misspelt_setting_in_the_environment_is_named(place: Path, monkeypatch
 
 def test_every_command_has_help_with_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     for command in (
-        *("demo", "sim", "run", "iterate", "recover", "fit", "simulate", "score", "explain", "convert", "serve"),
+        *(
+            "demo",
+            "sim",
+            "run",
+            "iterate",
+            "recover",
+            "fit",
+            "simulate",
+            "score",
+            "explain",
+            "characterise",
+            "convert",
+            "serve",
+        ),
         *("design random-phase", "design homogenised", "design harmonic"),
     ):
         assert main([*command.split(), "--help"]) == 0
