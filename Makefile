@@ -4,7 +4,7 @@ BIN := .venv/bin
 OUT ?= demo-output
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: setup demo test check bench lock clean
+.PHONY: setup demo test check bench bench-explain lock clean
 
 setup: .venv/.ready
 
@@ -26,6 +26,9 @@ check: setup
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+bench-explain: setup
+	$(BIN)/python -m benchmarks.explain
 
 bench: setup
 	$(BIN)/python -m benchmarks

@@ -1,0 +1,1 @@
+"""The naming workflow judged on hidden cases: `make bench-explain`."""

@@ -1,0 +1,64 @@
+"""One hidden case through the workflow, and what it answered beside what was true."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from benchmarks.hidden import Case, case
+from identification.discrepancy import Explanation, explain
+from identification.errors import IdentificationError
+from identification.physical.modelfile import model_from_json
+
+Outcome = dict[str, Any]  # Any: a line of JSON
+
+
+def judge(kind: str, seed: int) -> Outcome:
+    """Draw the case, explain it, and compare; the answer is one line of JSON."""
+    hidden = case(seed, kind)
+    outcome: Outcome = {
+        "kind": kind, "seed": seed, "true": sorted(hidden.effects), "family": hidden.detail.get("family"),
+        "unknown": hidden.detail.get("unknown"), "excess": hidden.excess, "mismatch": hidden.mismatch,
+    }  # fmt: skip
+    begun, busy = time.perf_counter(), time.process_time()
+    try:
+        found = explain(model_from_json(hidden.base_model), hidden.runs, hidden.held_out)
+    except IdentificationError as error:
+        return {**outcome, "error": str(error)}
+    times = {"seconds": time.perf_counter() - begun, "cpu_seconds": time.process_time() - busy}
+    return {**outcome, **answer(found), **times, "against_truth": _against_truth(found, hidden)}
+
+
+def answer(found: Explanation) -> Outcome:
+    """What the workflow said, and what its search saw."""
+    held = found.held_out
+    return {
+        "verdict": str(found.verdict),
+        "names": {e.element: e.confidence for e in found.effects},
+        "alternatives": {e.element: dict(e.alternatives) for e in found.effects},
+        "evidence": {
+            e.element: {"spread": e.evidence.spread, "left": e.evidence.left, "own_share": e.evidence.own_share}
+            for e in found.effects
+            if e.evidence is not None
+        },
+        "held_out": {
+            "as_given": held.as_given, "base_refitted": held.base_refitted, "final": held.final,
+            "noise_floor": held.noise_floor, "closed": held.closed,
+        },
+        "moves": [
+            {
+                "kind": m.kind, "name": m.name, "before": m.excess_before, "after": m.excess_after,
+                "rivals": [[t.name, t.excess, t.contribution, t.parameters, t.screened] for t in m.rivals],
+            }
+            for m in found.moves
+        ],
+    }  # fmt: skip
+
+
+def _against_truth(found: Explanation, hidden: Case) -> float:
+    """Rms of the final model against the noise-free force of the held-out runs, in units of the noise."""
+    held = [t for t in found.traces if t.held_out]
+    errors = [np.asarray(f)[t.record.window] - t.final for t, f in zip(held, hidden.truth, strict=True)]
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)) / hidden.noise_n)
