@@ -13,14 +13,18 @@ import numpy as np
 import pytest
 
 from excitation.plan import Test
+from excitation.signal import Excitation, Kind
+from rigctl import can_frames as frames
+from rigctl import sdo
 from rigctl.address import CanAddress, can_address, connect, open_bus
 from rigctl.can_wire import CanTransport
-from rigctl.device import RigState
-from rigctl.errors import TransportError, UrlError
+from rigctl.device import Control, Fault, RigState
+from rigctl.errors import IdentityError, LimitError, TransportError, UrlError
 from rigctl.loopback_can import LoopbackBus
 from rigctl.player import PlayerSettings, play
 from rigctl.runfile import read_run
 from sim_rig.can_server import CanDevice
+from tests.sim_rig.virtual import wire_to
 
 
 class BadBus(can.BusABC):
@@ -193,3 +197,111 @@ def test_an_interface_without_its_hardware_is_refused_in_one_line() -> None:
     with closing(connect("can://pcan/PCAN_USBBUS1")) as wire, pytest.raises(TransportError) as caught:
         wire.identify(0.3)
     assert "\n" not in str(caught.value)
+
+
+class Foreigner(can.BusABC):
+    """A device of another make: it lives on the bus, and answers every request with what it was made for."""
+
+    def __init__(self, answer: Callable[[bytes], bytes], clock: Any) -> None:
+        self._answer, self._clock, self._inbox = answer, clock, list[tuple[int, bytes]]()
+        self.channel_info, self.asked = "foreign", list[int]()
+        super().__init__("foreign")
+        self._is_shutdown = True
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        self.asked.append(msg.arbitration_id)
+        if msg.arbitration_id == frames.SDO_REQUEST:
+            self._inbox.append((frames.SDO_ANSWER, self._answer(bytes(msg.data))))
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        if not self._inbox and timeout:
+            self._clock.sleep(timeout)
+            self._inbox.append((frames.RIG_HEARTBEAT, bytes([frames.OPERATIONAL])))
+        if not self._inbox:
+            return None, True
+        number, data = self._inbox.pop(0)
+        return can.Message(arbitration_id=number, data=data, is_extended_id=False), True
+
+
+def aborting(request: bytes) -> bytes:
+    return bytes([sdo.ABORT]) + request[1:4] + sdo.NO_SUCH_OBJECT.to_bytes(4, "little")
+
+
+def of_another_make(request: bytes) -> bytes:
+    return bytes([sdo.UPLOADED]) + request[1:4] + (0x12345678).to_bytes(4, "little")
+
+
+@pytest.mark.parametrize("answer", [aborting, of_another_make])
+def test_a_foreign_device_on_the_bus_is_told_in_one_line_and_commanded_nothing(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, answer: Callable[[bytes], bytes]
+) -> None:
+    b = bench()
+    bus = Foreigner(answer, b.clock)
+    wire = CanTransport("can://foreign/1", lambda: bus, fd=False, clock=b.clock)
+    with pytest.raises(IdentityError, match="a foreign device") as caught:
+        play(wire, a_sine(), tmp_path, clock=b.clock)
+    assert "\n" not in str(caught.value)
+    assert not {frames.CONTROL, frames.DIRECT, frames.STREAM} & set(bus.asked)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_test_that_the_bus_cannot_carry_is_refused_before_anything_moves(
+    bench: Callable[..., Any], tmp_path: Path
+) -> None:
+    b = bench()
+    fast = Excitation(
+        kind=Kind.CUSTOM, sample_rate_hz=2000.0, period_samples=0, displacement_m=np.linspace(0, 0.01, 900)
+    )
+    with pytest.raises(LimitError, match=r"loads the bus to 8\d %.*use a lower sample rate or CAN FD"):
+        play(wire_to("can", b.rig, b.clock), Test(name="fast", excitation=fast), tmp_path, clock=b.clock)
+    assert b.rig.controller.state is RigState.DISABLED
+    assert b.rig.controller.fifo.consumed == 0
+    assert list(tmp_path.iterdir()) == []
+    assert (
+        read_run(
+            play(wire_to("can_fd", b.rig, b.clock), Test(name="fast", excitation=fast), tmp_path, clock=b.clock)
+        ).status
+        == "complete"
+    )
+
+
+def device_of(bench: Any) -> tuple[CanDevice, Callable[[], list[tuple[int, bytes]]]]:
+    device = CanDevice(bench.rig, bench.clock.now, fd=False)
+
+    def go_on() -> list[tuple[int, bytes]]:
+        out = []
+        for _ in range(40):
+            bench.clock.sleep(0.005)
+            bench.rig.tick()
+            out.extend(device.give())
+        return out
+
+    return device, go_on
+
+
+def test_the_rig_boots_beats_starts_and_stops_as_the_bus_master_says(bench: Callable[..., Any]) -> None:
+    b = bench(speed=1.0)
+    device, go_on = device_of(b)
+    beats = [data[0] for number, data in go_on() if number == frames.RIG_HEARTBEAT]
+    assert beats[:2] == [frames.BOOT_UP, frames.PRE_OPERATIONAL]
+    assert len(beats) in (4, 5), "one every 50 ms"
+    device.take(frames.NMT, bytes([frames.NMT_START, frames.NODE]))
+    assert {d[0] for n, d in go_on() if n == frames.RIG_HEARTBEAT} == {frames.OPERATIONAL}
+    b.rig.command(Control.HOLD, 1, 7)
+    device.take(frames.NMT, bytes([frames.NMT_STOP, 0]))
+    assert {d[0] for n, d in go_on() if n == frames.RIG_HEARTBEAT} == {frames.STOPPED}
+    assert b.rig.controller.state is RigState.DISABLED
+
+
+def test_a_fault_and_its_end_are_told_in_an_emergency_frame(bench: Callable[..., Any]) -> None:
+    b = bench(speed=1.0)
+    device, go_on = device_of(b)
+    assert device is not None
+    assert not [data for number, data in go_on() if number == frames.EMERGENCY]
+    b.rig.controller.stand(Fault.EMERGENCY_STOP, True)
+    [told] = [data for number, data in go_on() if number == frames.EMERGENCY]
+    assert told[:2] == (0x9000).to_bytes(2, "little")
+    b.rig.controller.stand(Fault.EMERGENCY_STOP, False)
+    b.rig.command(Control.DISABLE | Control.RESET, 1, 8)
+    [over] = [data for number, data in go_on() if number == frames.EMERGENCY]
+    assert over[:4] == bytes(4)
