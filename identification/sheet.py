@@ -13,6 +13,7 @@ from plotly.subplots import make_subplots
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import QhullError
 
+from identification.datachecks import check_run
 from identification.errors import DataError
 from identification.force_velocity import ArctanCurve, arctan_fit, extremes
 from identification.steady import (
@@ -54,8 +55,9 @@ def write_sheet(path: Path, runs: Sequence[Run]) -> list[dict[str, float | str |
     one_current = np.ptp([test.current or 0.0 for test in tests]) < 0.02
     curve = arctan_fit(speeds, forces) if speeds.size >= 8 and one_current else None
     figures = [loops(tests), peak_velocity(tests, curve), continuous_velocity(tests), *maps(tests)]
+    seen = [f"{_name(run)}: {finding}" for run in runs for finding in check_run(run)]
     with replacing(path) as temporary:
-        temporary.write_text(_page(tests, figures, curve, left_out), encoding="utf-8")
+        temporary.write_text(_page(tests, figures, curve, left_out, seen), encoding="utf-8")
     return [row(test) for test in tests]
 
 
@@ -209,7 +211,13 @@ def _cells(test: Cycles) -> Iterable[str]:
     )  # fmt: skip
 
 
-def _page(tests: Sequence[Cycles], figures: Sequence[go.Figure], curve: ArctanCurve | None, left_out: list[str]) -> str:
+def _page(
+    tests: Sequence[Cycles],
+    figures: Sequence[go.Figure],
+    curve: ArctanCurve | None,
+    left_out: list[str],
+    seen: list[str],
+) -> str:
     head = "".join(f"<th>{h}</th>" for h in _HEAD)
     rows = "".join(f"<tr>{''.join(f'<td>{c}</td>' for c in _cells(test))}</tr>" for test in tests)
     plots = "".join(f.to_html(full_html=False, include_plotlyjs=k == 0) for k, f in enumerate(figures))
@@ -219,10 +227,11 @@ def _page(tests: Sequence[Cycles], figures: Sequence[go.Figure], curve: ArctanCu
         f"N·s/m, F2 = {curve.F2:.4g} ± {curve.std[3]:.2g} N; {curve.rms:.3g} N rms are left.</p>"
     )  # fmt: skip
     skipped = f"<p class=note>Left out, no steady sine: {html.escape(', '.join(left_out))}.</p>" if left_out else ""
+    notes = "".join(f"<li>{html.escape(text)}</li>" for text in seen)
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>Damper characteristics</title>'
         f"<style>{_STYLE}</style></head><body><h1>Damper characteristics</h1>"
-        f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{skipped}{fitted}{plots}"
+        f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{skipped}<ul>{notes}</ul>{fitted}{plots}"
         "<p class=note>Loops are drawn from up to 25 harmonics of the steady cycles. Loop shape: 1 is an ellipse, 1.27 "
         "a rectangle (dry friction), below 1 a peaked loop.</p></body></html>\n"
     )

@@ -19,12 +19,14 @@ def characterise(
 
     Example: damper-rig characterise runs/*.h5 -o sheet.html
     """
-    from api.cli.terminal import answer
+    from api.cli.terminal import answer, warn
     from api.errors import InputError
     from identification.sheet import write_sheet
     from rigctl.runfile import read_run
 
     if output.suffix != ".html":
         raise InputError(f"{output}: the sheet is a web page: end its name in .html")
-    rows = write_sheet(output, [read_run(path) for path in runs])
+    measured = [read_run(path) for path in runs]
+    warn(measured)
+    rows = write_sheet(output, measured)
     answer(f"{output}: {len(rows)} tests", {"file": str(output), "tests": rows}, as_json=as_json)

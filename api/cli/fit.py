@@ -23,13 +23,14 @@ def fit(
 
     Example: damper-rig fit model.json runs/*.h5 -o fitted.json
     """
-    from api.cli.terminal import answer, progress_bar
+    from api.cli.terminal import answer, progress_bar, warn
     from identification.fitting import fit as fit_model
     from identification.physical.modelfile import read_model, write_model
     from rigctl.runfile import read_run
 
     start = read_model(model)
     measured = [read_run(path) for path in runs]
+    warn(measured)
     with progress_bar("fitting") as tell:
         result = fit_model(start, measured, on_step=lambda step, cost: tell(1 - 0.8**step, f"fitting, step {step}"))
     write_model(output, result.model)

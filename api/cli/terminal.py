@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
 
-__all__ = ["ProgressBar", "answer", "existing", "messages", "progress_bar", "progress_display"]
+    from rigctl.runfile import Run
+
+__all__ = ["ProgressBar", "answer", "existing", "messages", "progress_bar", "progress_display", "warn"]
 
 
 class ProgressBar(Protocol):
@@ -69,3 +71,12 @@ def existing(path: Path, what: str) -> Path:
 
         raise InputError(f"{path}: no such file: give {what}")
     return path
+
+
+def warn(runs: Sequence[Run]) -> None:
+    """Say on standard error what the data checks saw in runs that are about to be used."""
+    from identification.datachecks import check_run
+
+    for run in runs:
+        for finding in check_run(run):
+            print(f"damper-rig: {run.path.name if run.path else run.run_id}: {finding}", file=sys.stderr)

@@ -1,0 +1,64 @@
+"""Data checks: each fault is said, by kind and channel, and a good run says nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from identification.datachecks import check_run
+from rigctl.runfile import Run
+from tests.identification.specimens import run
+
+Floats = NDArray[np.float64]
+
+
+def changed(original: Run, channel: str, change: Callable[[Floats], Floats]) -> Run:
+    values = np.asarray(change(original.channels[channel].copy()))
+    return replace(original, channels={**original.channels, channel: values})
+
+
+@pytest.mark.parametrize("index", range(6))
+def test_a_good_run_says_nothing(index: int) -> None:
+    assert check_run(run("none", index, 3)) == ()
+
+
+def frozen(values: Floats) -> Floats:
+    values[2000:2600] = values[2000]
+    return values
+
+
+def aliased(values: Floats) -> Floats:
+    """A harmonic at 1463 Hz, sampled at 1 kHz without a filter."""
+    return values + 60.0 * np.sin(2 * np.pi * 1464.0 * np.arange(values.size) / 1000.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "channel", "index", "change", "words"),
+    [
+        ("polarity", "force", 0, lambda f: -f, "sign of force or displacement is reversed"),
+        ("polarity", "displacement", 2, lambda x: -x, "J dissipated"),
+        ("clipping", "force", 2, lambda f: np.clip(f, -np.inf, 0.7 * f.max()), "clipped at its top"),
+        ("clipping", "displacement", 1, lambda x: np.clip(x, 0.6 * x.min(), np.inf), "clipped at its bottom"),
+        ("frozen", "force", 0, frozen, "from 2.000 to 2.600 s"),
+        ("frozen", "displacement", 0, lambda x: np.zeros_like(x), "throughout"),
+        ("skew", "force", 2, lambda f: np.roll(f, 12), "11.9 ms behind"),
+        ("drift", "force", 2, lambda f: f + np.linspace(0, 90.0, f.size), "N over the run"),
+        ("aliasing", "force", 2, aliased, "folded back"),
+    ],
+)
+def test_a_fault_is_said_with_its_kind_its_channel_and_what_was_seen(
+    kind: str, channel: str, index: int, change: Callable[[Floats], Floats], words: str
+) -> None:
+    found = check_run(changed(run("none", index, 3), channel, change))
+    assert kind in [f.kind for f in found], found
+    [text] = [str(f) for f in found if f.kind == kind]
+    assert words in text, text
+
+
+def test_a_sine_that_is_quantised_is_not_clipped() -> None:
+    quantised = changed(run("none", 2, 3), "displacement", lambda x: np.round(x, 5))
+    assert "clipping" not in [f.kind for f in check_run(quantised)]
