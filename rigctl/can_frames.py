@@ -118,8 +118,14 @@ def pack_emergency(fault: Fault, sample_index: int) -> bytes:
     """Tell of the fault that came first; no fault: the last one is over. Error register: bit 0, generic."""
     if not fault:
         return struct.pack("<HBBI", 0, 0, 0, sample_index % 2**32)
+    entry = error_entry(fault)
+    return struct.pack("<HBBI", entry & 0xFFFF, 1, entry >> 16, sample_index % 2**32)
+
+
+def error_entry(fault: Fault) -> int:
+    """Give a fault as the error history does: its code, and its bit << 16."""
     bit = int(fault).bit_length() - 1
-    return struct.pack("<HBBI", EMERGENCY_CODES.get(fault, 0xFF00 + bit), 1, bit, sample_index % 2**32)
+    return EMERGENCY_CODES.get(fault, 0xFF00 + bit) | bit << 16
 
 
 def pack_control(control: int, run_id: int, alive: int) -> bytes:

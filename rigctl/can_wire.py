@@ -116,6 +116,13 @@ class CanTransport:
         self._write(table.HEARTBEAT_ADDRESS, [self._beat], ends)
         return self._read_status(ends)[0]
 
+    def error_history(self, deadline_s: float) -> list[Fault]:
+        """Read which faults the rig had, the newest first, whatever was reset since."""
+        ends = self._clock.now() + deadline_s
+        count = self._ask([sdo.Sdo(kind=sdo.UPLOAD, address=sdo.ERROR_HISTORY)], ends)[0].value
+        wanted = [sdo.Sdo(kind=sdo.UPLOAD, address=sdo.ERROR_HISTORY + 1 + k) for k in range(count)]
+        return [Fault(1 << (answer.value >> 16)) for answer in self._ask(wanted, ends)]
+
     def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, deadline_s: float) -> Reply:
         ends = self._clock.now() + deadline_s
         if run_id != self._run_id:

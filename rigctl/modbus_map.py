@@ -130,6 +130,7 @@ STATUS: Final = Block(
         Register(name="heartbeat", address=0x25),
         Register(name="command_acknowledged", address=0x26),
         Register(name="command_refused", address=0x27),  # the last command that had no effect
+        Register(name="standing", address=0x28),  # faults whose cause is still there: a reset has no effect
     ),
 )
 COUNTERS: Final = Block(
@@ -147,6 +148,7 @@ COUNTERS: Final = Block(
         Register(name="crc_errors", address=0x4A),
         Register(name="duplicates", address=0x4B),
         Register(name="gaps", address=0x4C),
+        Register(name="water_marks", address=0x4D),  # 1: the FIFO is below its low, 2: above its high water mark
     ),
 )
 ACTUALS: Final = Block(

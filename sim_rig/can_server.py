@@ -167,12 +167,20 @@ class CanDevice:
         self._out.append((frames.SDO_ANSWER, sdo.Sdo(kind=kind, address=request.address, value=value).pack()))
 
     def _upload(self, request: sdo.Sdo) -> int:
+        if request.address >= sdo.ERROR_HISTORY:
+            return self._history(request.address - sdo.ERROR_HISTORY)
         for block, words in self._registers.read(request.address, 2):
             at = request.address - block.address
             if at >= 0:
                 high, low = (*words[at : at + 2], 0)[:2]
                 return high << 16 | low
         raise KeyError(request.address)
+
+    def _history(self, sub: int) -> int:
+        history = self._rig.controller.history
+        if sub > len(history):
+            raise KeyError(sub)
+        return frames.error_entry(history[sub - 1]) if sub else len(history)
 
     def _download(self, request: sdo.Sdo) -> int:
         if request.address == table.HEARTBEAT_ADDRESS:

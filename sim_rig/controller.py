@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Protocol
 
 import numpy as np
@@ -17,6 +18,7 @@ from sim_rig.states import after_command, after_fault, after_reset
 from sim_rig.trajectory import stop, travel
 
 CHUNK = 512
+HISTORY = 8  # faults that are remembered
 
 
 class Plant(Protocol):
@@ -50,6 +52,7 @@ class Controller:
         self.configuration = Configuration(limits=limits)
         self.fifo, self.store = SetpointFifo(), CaptureStore()
         self.sample_index = self.underruns = self.overruns = 0
+        self.history: deque[Fault] = deque(maxlen=HISTORY)  # the newest first
         self._control = Control.DISABLE
         self._setpoint, self._previous_m = np.array([at_m, 0.0]), at_m  # what is commanded now, and a sample before
         self._path: NDArray[np.float64] = np.empty(0)
@@ -68,6 +71,12 @@ class Controller:
     @property
     def arrived(self) -> bool:
         return self.state is not RigState.ACTIVE and self.at_rest
+
+    @property
+    def water_marks(self) -> int:
+        """Bit 0: the FIFO is below its low water mark, bit 1: above its high one."""
+        level, marks = self.fifo.level, self.configuration
+        return (level < marks.low_water_samples) | (level > marks.high_water_samples) << 1
 
     def configure(self, configuration: Configuration) -> None:
         """Take a configuration; RequestRefused unless disabled and inside what the machine can do."""
@@ -153,6 +162,7 @@ class Controller:
         if fault in self.faults:
             return
         self.first_fault = self.first_fault or fault
+        self.history.appendleft(fault)
         self.faults |= fault
         self.underruns += fault is Fault.UNDERFLOW
         self.overruns += fault is Fault.CAPTURE_OVERRUN

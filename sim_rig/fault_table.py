@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from rigctl.device import FAULT_TEXT, Fault, RigState
+from rigctl.device import FAULT_TEXT, HYDRAULIC, Fault, RigState
+from sim_rig.detectors import DETECTORS
 
 COMPLETE, ABORTED, TRUNCATED = "complete", "aborted", "truncated"
 
@@ -156,4 +157,13 @@ def as_markdown(rows: tuple[FaultRow, ...] = FAULT_TABLE) -> str:
         reads = f"“{row.reads}”" if row.reads else "–"
         cells = (row.name, order, row.happens, within, row.state.name, row.file, reads)
         lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def detectors_as_markdown() -> str:
+    """Lay out the rig's interlocks for the documentation: what, for how long, and what then."""
+    lines = ["| detector | delay | action | the operator reads |", "|---|---|---|---|"]
+    for one in DETECTORS:
+        action = "pressure off" if one.fault & HYDRAULIC else "decelerate to hold"
+        lines.append(f"| {one.name} | {1e3 * one.delay_s:g} ms | {action} | {FAULT_TEXT[one.fault]} |")
     return "\n".join(lines) + "\n"

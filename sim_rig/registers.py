@@ -106,6 +106,7 @@ class RegisterDevice:
                 "heartbeat": status.heartbeat,
                 "command_acknowledged": self._acknowledged,
                 "command_refused": self._refused_command,
+                "standing": int(self._rig.controller.standing),
             }
         )
 
@@ -124,6 +125,7 @@ class RegisterDevice:
                 "crc_errors": status.crc_errors % 0x10000,
                 "duplicates": status.duplicates % 0x10000,
                 "gaps": status.gaps % 0x10000,
+                "water_marks": controller.water_marks,
             }
         )
 

@@ -9,6 +9,10 @@ from pathlib import Path
 from uuid import uuid4
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("any computer", deadline=None)  # a busy one is not a fault
+settings.load_profile("any computer")
 
 REQUIRE_ALL = "DAMPER_RIG_REQUIRE_ALL"
 POSTGRESQL = "DAMPER_RIG_TEST_POSTGRESQL"

@@ -305,3 +305,28 @@ def test_a_fault_and_its_end_are_told_in_an_emergency_frame(bench: Callable[...,
     b.rig.command(Control.DISABLE | Control.RESET, 1, 8)
     [over] = [data for number, data in go_on() if number == frames.EMERGENCY]
     assert over[:4] == bytes(4)
+
+
+def test_the_error_history_remembers_faults_beyond_their_reset(bench: Callable[..., Any]) -> None:
+    b = bench(speed=1.0)
+    wire = wire_to("can", b.rig, b.clock)
+    assert isinstance(wire, CanTransport)
+    assert wire.error_history(1.0) == []
+    for fault in (Fault.EMERGENCY_STOP, Fault.SENSOR):
+        b.rig.controller.fail(fault)
+        b.rig.command(Control.DISABLE | Control.RESET, 1, 8)
+        b.rig.command(Control.DISABLE, 1, 9)
+    assert wire.status(1.0).faults is Fault.NONE
+    assert wire.error_history(1.0) == [Fault.SENSOR, Fault.EMERGENCY_STOP]
+
+
+def test_python_can_knows_the_loopback_as_an_interface_of_its_own() -> None:
+    name = f"plug-in-{os.getpid()}"
+    rig = LoopbackBus(name, listen=True)
+    with can.Bus(interface="damper-rig-loopback", channel=name) as host:
+        assert isinstance(host, LoopbackBus)
+        host.send(can.Message(arbitration_id=5, data=b"abc", is_extended_id=False))
+        got = rig.recv(1.0)
+        assert got is not None
+        assert bytes(got.data) == b"abc"
+    rig.shutdown()

@@ -13,11 +13,12 @@ from excitation.plan import Test
 from rigctl.device import SAFE_STATES, RigState
 from rigctl.errors import RigError
 from rigctl.limits import Limits
+from rigctl.map_table import frames_as_markdown, registers_as_markdown
 from rigctl.player import PlayerSettings, play
 from rigctl.progress import Progress
 from rigctl.runfile import read_run
 from sim_rig.errors import FaultError
-from sim_rig.fault_table import FAULT_TABLE, FaultRow, as_markdown
+from sim_rig.fault_table import FAULT_TABLE, FaultRow, as_markdown, detectors_as_markdown
 from sim_rig.faults import FaultKind, fault_order
 from tests.sim_rig.virtual import WIRES, wire_to
 
@@ -135,9 +136,18 @@ def test_every_fault_that_can_be_ordered_stands_in_the_table() -> None:
     assert {fault_order(row.order).kind for row in FAULT_TABLE if row.order} == set(FaultKind)
 
 
-def test_the_documentation_shows_the_table() -> None:
-    page = Path(__file__).parents[2] / "docs" / "faults.md"
-    assert as_markdown() in page.read_text()
+@pytest.mark.parametrize(
+    ("page", "table"),
+    [
+        ("faults.md", as_markdown()),
+        ("rig.md", detectors_as_markdown()),
+        ("rig.md", registers_as_markdown()),
+        ("rig.md", frames_as_markdown()),
+    ],
+    ids=["faults", "detectors", "registers", "frames"],
+)
+def test_the_documentation_shows_the_tables_as_they_are(page: str, table: str) -> None:
+    assert table in (Path(__file__).parents[2] / "docs" / page).read_text()
 
 
 @pytest.mark.parametrize(

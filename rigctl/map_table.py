@@ -1,0 +1,43 @@
+"""The register map and the frames as tables for the documentation."""
+
+from __future__ import annotations
+
+from rigctl import can_frames as frames
+from rigctl import modbus_map as table
+
+FRAMES = (
+    (frames.NMT, "host", "NMT", "start (1) or stop (2), node"),
+    (frames.EMERGENCY, "rig", "emergency", "code, register, fault bit, sample index; code 0: it is over"),
+    (frames.CONTROL, "host", "control", "control word, mode, flags, run id, alive counter, CRC-8"),
+    (frames.STATUS, "rig", "status", "state, faults, FIFO level, last accepted block; every 10 ms and on change"),
+    (frames.HEALTH, "rig", "health", "temperature, supply pressure, samples played; every 100 ms"),
+    (frames.DIRECT, "host", "direct set-point", "displacement, current, number; in HOLD only"),
+    (frames.STREAM, "host", "stream", "classic: one set-point; FD: up to nine with number, run id and CRC-16"),
+    (frames.COMMIT, "host", "block commit (classic)", "block number, count, end of stream, CRC-32 with the run id"),
+    (frames.CAPTURE, "rig", "capture", "classic: force and current of a sample; FD: four whole samples with CRC-16"),
+    (frames.CAPTURE_B, "rig", "capture B (classic)", "displacement and temperature of a sample"),
+    (frames.SDO_REQUEST, "host", "SDO request", "two registers at 0x2000 + (address >> 8), sub-index address & 0xFF"),
+    (frames.SDO_ANSWER, "rig", "SDO answer", "the same; object 0x1003 is the error history"),
+    (frames.RIG_HEARTBEAT, "rig", "heartbeat", "NMT state, every 50 ms; 0 once after power-on"),
+    (frames.HOST_HEARTBEAT, "host", "heartbeat", "NMT state, at most every 50 ms while it talks"),
+)
+
+
+def registers_as_markdown() -> str:
+    """Lay out every register: address, name, type, what a count is worth, read-only or not."""
+    blocks = (*table.INPUT_BLOCKS, table.CONTROL, table.CONFIGURATION, table.WRITE_HEADER, table.READ_HEADER)
+    lines = ["| address | name | type | one count is | access |", "|---|---|---|---|---|"]
+    for block in blocks:
+        access = "read, write" if block.writable else "read"
+        for one in block.registers:
+            kind = f"{one.words} words of text" if one.type == "text" else one.type
+            worth = "" if one.type == "text" else f"{one.scale:g}"
+            lines.append(f"| 0x{one.address:04X} | `{one.name}` | {kind} | {worth} | {access} |")
+    return "\n".join(lines) + "\n"
+
+
+def frames_as_markdown() -> str:
+    """Lay out every frame: identifier, sender, name, content."""
+    lines = ["| COB-ID | from | frame | content |", "|---|---|---|---|"]
+    lines += [f"| 0x{number:03X} | {sender} | {name} | {content} |" for number, sender, name, content in FRAMES]
+    return "\n".join(lines) + "\n"
