@@ -45,7 +45,7 @@ def _keep(memory, sens, de, state, to_memory, to_sens, to_de, to_state):
     _copy(to_state, state)
 
 
-@compiled
+@inlined
 def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory, du, sens, de, work, grads, wanted):
     """One SDIRK2 step from (sub)/substeps to (sub + 1)/substeps of sample interval i; returns whether it converged.
 
@@ -133,25 +133,26 @@ def mounted(
     top = 1e-300
     for i in range(v.size):
         top = max(top, abs(v[i]))
-    state[1], state[2], state[3], state[4] = x[0], v[0], v[0], 1e-13 * top
+    state[1], state[2], state[3], state[4], state[7] = x[0], v[0], v[0], 1e-13 * top, v[0]
     failures = 0
     steady(codes, offsets, p, v[0], memory)
     for i in range(x.size - 1):
         touching = abs(state[0]) > 0.5 * mount[GAP]
         if fine > substeps:
             _keep(memory, sens, de, state, kept[0], kept[1], kept[2], kept[3])
-        for sub in range(substeps):
-            if not _step(program, mount, mount_column, motion, i, sub, substeps, state, memory, du, sens, de, work,
-                         grads, wanted):  # fmt: skip
-                failures += 1
-        impact = (abs(state[0]) > 0.5 * mount[GAP]) != touching
-        turned = remembers and kept[3][2] * state[2] < 0.0
-        if fine > substeps and (impact or turned):
-            _keep(kept[0], kept[1], kept[2], kept[3], memory, sens, de, state)
-            for sub in range(fine):
-                if not _step(program, mount, mount_column, motion, i, sub, fine, state, memory, du, sens, de, work,
+        steps, again = substeps, True
+        while again:
+            for sub in range(steps):
+                if not _step(program, mount, mount_column, motion, i, sub, steps, state, memory, du, sens, de, work,
                              grads, wanted):  # fmt: skip
                     failures += 1
+            again = False
+            if fine > steps:
+                impact = (abs(state[0]) > 0.5 * mount[GAP]) != touching
+                turned = remembers and kept[3][2] * state[2] < 0.0
+                if impact or turned:
+                    _keep(kept[0], kept[1], kept[2], kept[3], memory, sens, de, state)
+                    steps, again = fine, True
         cm = mount[C] + mount[C_CONTROL] * u[i + 1]
         phi, phi_e, phi_r, _, _, _ = contact(mount[K], cm, mount[GAP], state[0], state[5])
         force[i + 1] = phi + state[6]

@@ -60,7 +60,8 @@ def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, state, memory, work, 
     Returns w, ∂f/∂z + ∂φ/∂e, ∂f/∂u, the slope of the equation by w, and whether it converged; a slope of 0 means stick.
     """
     km, cm, gap = mount[K], mount[C] + mount[C_CONTROL] * inputs[0], mount[GAP]
-    guess, tol = state[3], state[4]
+    guess, tol = state[3] + (v - state[7]), state[4]  # a core follows its rig, but for what the mount takes
+    state[7] = v
     low, high, side = -np.inf, np.inf, 0.0
     w, stiff, f_u, slope, done, ready = guess, 0.0, 0.0, 0.0, False, False
     if program[6]:  # dry friction: does it hold the core at rest?

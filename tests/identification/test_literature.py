@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 from identification.discrepancy.candidates import admissible
 from identification.discrepancy.scales import scales_of
 from identification.errors import ModelError
+from identification.physical.accuracy import numerical_error
 from identification.physical.elements import CATALOGUE
 from identification.physical.literature import LITERATURE, literature
 from identification.physical.model import Model, element
@@ -62,7 +63,7 @@ def test_every_model_runs_survives_the_file_and_has_an_exact_gradient(name: str,
     assert read_model(tmp_path / "model.json") == replace(model)
     assert np.all(np.isfinite(simulate(model, motion()).force))
     # a reversal within a step of a mounted memory is linearised by position alone
-    assert gradient_error(model, motion()) < (1e-3 if name == "modified Bouc–Wen" else 1e-5)
+    assert gradient_error(model, motion()) < (2e-3 if name == "modified Bouc–Wen" else 1e-5)
 
 
 def test_no_model_of_the_literature_adds_a_name_to_the_workflow() -> None:
@@ -92,7 +93,7 @@ def test_the_modified_bouc_wen_model_meets_its_own_equations() -> None:
     assert late_error(simulate(model, sine()).force, c1 * dy + k1 * sine().x + 5.0, 20) < 3e-4
 
 
-def test_the_enriched_maxwell_model_meets_its_own_equations_within_1e_6() -> None:
+def test_the_enriched_maxwell_model_meets_its_own_equations_to_the_error_that_the_solver_estimates() -> None:
     k1, k2, c2, f1, s, d = 4e6, 3e6, 2e4, 6000.0, 60.0, 9000.0
 
     def law(v: float) -> float:
@@ -113,7 +114,11 @@ def test_the_enriched_maxwell_model_meets_its_own_equations_within_1e_6() -> Non
     })  # fmt: skip
     x1, x2 = states(right, [0.0, 0.0])
     expected = k1 * (sine().x - x1) + k2 * (sine().x - x2)
-    assert late_error(simulate(model, sine()).force, expected) < 1e-5
+    error = late_error(simulate(model, sine()).force, expected)
+    assert error < 1e-5
+    estimate = numerical_error(model, sine()).force[100:]
+    assert np.linalg.norm(estimate) / np.linalg.norm(expected[100:]) == pytest.approx(error, rel=0.02)
+    assert late_error(simulate(model, sine(), substeps=4).force, expected) < 1e-6
 
 
 def test_the_lugre_model_meets_its_own_equations() -> None:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from identification.errors import SimulationError
+from identification.physical.accuracy import numerical_error
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, element
 from identification.physical.motion import Motion
@@ -123,6 +124,16 @@ def test_halving_the_step_of_a_mounted_model_quarters_its_error() -> None:
     errors = [np.linalg.norm(simulate(model, motion(8.0), substeps=n).force[200:] - finest) for n in (2, 4, 8)]
     assert errors[0] / errors[1] > 3.0
     assert errors[1] / errors[2] > 3.0
+
+
+@pytest.mark.parametrize("elements", [(*BASE, MOUNT), (*BASE, EXTRA[-2])], ids=["mounted", "rigid"])
+def test_the_estimate_of_the_numerical_error_is_the_error(elements: tuple[Element, ...]) -> None:
+    model, inputs = Model(name="m", elements=elements), motion(4.0)
+    exact = simulate(model, inputs, substeps=64).force
+    true = simulate(model, inputs).force - exact
+    estimate = numerical_error(model, inputs)
+    assert np.linalg.norm(estimate.force[100:] - true[100:]) <= 0.05 * np.linalg.norm(true[100:]) + 1e-9
+    assert estimate.relative < 1e-2
 
 
 def test_a_core_in_dry_friction_sticks_until_the_spring_pulls_harder() -> None:
