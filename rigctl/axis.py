@@ -47,7 +47,19 @@ class Axis:
         if status.faults:
             self._reset()
         self.await_state(RigState.DISABLED)
+        self._command(Control.DISABLE)  # at rest by now: it takes the number of the run
         self._insist(lambda: self._transport.configure(configuration, CALL_S), STATE_S)
+
+    def confirm(self) -> None:
+        """Make sure that the rig is the one that was prepared, before anything moves.
+
+        Raises TransportError where it was restarted: it has lost its configuration.
+        """
+        self._same(self.status())
+
+    def _same(self, status: Status) -> None:
+        if status.run_id != self.run_id:
+            raise TransportError(f"{self._transport.url}: the rig was restarted: it has lost its configuration")
 
     def _command(self, control: Control) -> Status:
         self._last = self._insist(lambda: self._transport.command(control, self.run_id, CALL_S), STATE_S)
@@ -226,6 +238,7 @@ class Axis:
             tell(describe_wait(status))
             self._clock.sleep(POLL_S)
             index, status = status.sample_index, self.status()
+            self._same(status)
             if status.faults:
                 raise RigFault(f"the rig stopped: {describe(status.faults)}")
             if status.sample_index != index:

@@ -12,6 +12,7 @@ from rigctl import can_frames as frames
 from rigctl import modbus_map as table
 from rigctl import sdo
 from rigctl.bus_load import check_bus
+from rigctl.can_blocks import BlockCount
 from rigctl.clock import Clock, SystemClock
 from rigctl.device import Control, Fault, RigState
 from rigctl.errors import IdentityError, RequestDenied, TransportError, TransportTimeout
@@ -20,6 +21,7 @@ from rigctl.loopback_can import LoopbackBus
 from rigctl.registers import check_identity, identity_from, status_from
 from rigctl.transport import HEARTBEATS, SEQUENCES, CaptureBlock, Identity, Reply, SetpointBlock, Status
 
+FD_FRAMES = 16  # of set-points that are sent before the rig is asked what it has
 SLICE_S = 0.02  # of waiting for one frame
 ACKNOWLEDGE_S = 0.1  # for a block
 SDO_S = 0.06  # before an unanswered request is sent again
@@ -38,7 +40,7 @@ class CanTransport:
         data_bitrate: float = 5e6,
         clock: Clock | None = None,
     ) -> None:
-        self.url, self.block_samples = url, frames.FD_BLOCK if fd else frames.CLASSIC_BLOCK
+        self.url, self.block_samples = url, FD_FRAMES * frames.FD_BLOCK if fd else frames.CLASSIC_BLOCK
         self._open, self._fd, self._rates = open_bus, fd, (bitrate, data_bitrate)
         self._clock = clock or SystemClock()
         self._bus: can.BusABC | None = None
@@ -55,7 +57,11 @@ class CanTransport:
         self._run_id, self._next = run_id, 0
         self._captured: list[NDArray[np.float64]] = []
         self._half: tuple[int, bytes] | None = None
-        self._ends: dict[int, int] = {}  # block sequence → set-points up to its end
+        self._blocks = (
+            BlockCount(units=FD_FRAMES, unit_samples=frames.FD_BLOCK)
+            if self._fd
+            else BlockCount(units=1, unit_samples=frames.CLASSIC_BLOCK)
+        )
         self._lost_power = False
 
     def identify(self, deadline_s: float) -> Identity:
@@ -140,12 +146,19 @@ class CanTransport:
         if block is None:
             return []
         rows = np.column_stack([block.displacement_m, block.current_a])
-        before = self._ends.get((block.sequence - 1) % SEQUENCES, 0)
-        self._ends[block.sequence] = before + block.samples
-        if self._fd:
-            data = frames.pack_stream_fd(rows, block.sequence, block.run_id, block.end_of_stream)
-            return [(frames.STREAM, data)]
-        return frames.pack_stream(rows, block.sequence, block.run_id, block.end_of_stream)
+        first = self._blocks.first_unit(block)
+        if not self._fd:
+            return frames.pack_stream(rows, first, block.run_id, block.end_of_stream)
+        parts = [rows[k : k + frames.FD_BLOCK] for k in range(0, rows.shape[0], frames.FD_BLOCK)]
+        return [
+            (
+                frames.STREAM,
+                frames.pack_stream_fd(
+                    part, (first + k) % SEQUENCES, block.run_id, block.end_of_stream and k == len(parts) - 1
+                ),
+            )
+            for k, part in enumerate(parts)
+        ]
 
     def _await_answer(self, block: SetpointBlock | None, address: int, ends: float) -> bool:
         """Take frames in until the rig has said what became of the block; False where it was refused or is lost."""
@@ -153,21 +166,20 @@ class CanTransport:
             self._take(SLICE_S)
             if address in self._sdo:  # the answer comes after the status frame that tells of the block
                 break
-        if block is None:
-            return True
-        return self._status is not None and self._status.last_accepted == block.sequence
+        if self._status is not None:
+            self._blocks.note(self._status.last_accepted)
+        return block is None or self._blocks.has(block)
 
     def _reply(self, refused: bool) -> Reply:
         assert self._status is not None
         status = self._status
-        accepted = self._ends.get(status.last_accepted, 0)
         values = np.concatenate([np.empty((0, 5)), *self._captured])
         return Reply(
             state=RigState(status.state),
             faults=Fault(status.faults),
-            last_accepted=status.last_accepted,
+            last_accepted=self._blocks.last_block,
             fifo_free=0,
-            consumed=max(accepted - status.fifo_level, 0),
+            consumed=max(self._blocks.samples - status.fifo_level, 0),
             refused=refused,
             heartbeat=self._rig_beats % HEARTBEATS,
             capture=CaptureBlock(
@@ -269,13 +281,12 @@ class CanTransport:
 
     def _write(self, address: int, words: list[int], ends: float) -> None:
         pairs = [(*words[k : k + 2], 0)[:2] for k in range(0, len(words), 2)]
-        self._ask(
-            [
-                sdo.Sdo(kind=sdo.DOWNLOAD, address=address + 2 * k, value=high << 16 | low)
-                for k, (high, low) in enumerate(pairs)
-            ],
-            ends,
-        )
+        requests = [
+            sdo.Sdo(kind=sdo.DOWNLOAD, address=address + 2 * k, value=high << 16 | low)
+            for k, (high, low) in enumerate(pairs)
+        ]
+        self._ask(requests[:-1], ends)
+        self._ask(requests[-1:], ends)  # with the last one the rig takes them over: it has to come last
 
     def _ask(self, requests: list[sdo.Sdo], ends: float) -> list[sdo.Sdo]:
         """Send requests until every one is answered, or the deadline has come."""

@@ -120,6 +120,7 @@ class _Player:
         try:
             axis.prepare(configuration)
             self._wait(axis)
+            axis.confirm()
             self._report(Phase.STARTING)
             self._play_on(axis, configuration, identity)
             axis.make_safe()

@@ -193,9 +193,11 @@ class CanDevice:
         if not block.address <= request.address < block.address + block.count:
             raise KeyError(request.address)
         self._staged[request.address] = request.value
-        if request.address + 2 >= block.address + block.count:
-            pairs = [self._staged.pop(block.address + k, 0) for k in range(0, block.count, 2)]
-            self._registers.write(block.address, [word for pair in pairs for word in divmod(pair, 0x10000)])
+        if request.address + 2 >= block.address + block.count:  # the last pair takes them all over
+            pairs = [self._staged.get(block.address + k) for k in range(0, block.count, 2)]
+            if None in pairs:
+                raise RequestRefused("a part of the configuration is missing")
+            self._registers.write(block.address, [word for pair in pairs for word in divmod(pair or 0, 0x10000)])
         return 0
 
     def _acknowledge(self, captured: int) -> None:

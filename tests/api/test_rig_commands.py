@@ -139,6 +139,24 @@ def test_a_fault_that_was_ordered_is_read_by_the_operator_and_by_the_file(
     assert "emergency stop" in run.events[-1][1]
 
 
+MISCHIEF = ("lost:0.004", "delayed:0.004", "doubled:0.02", "reordered:0.004", "corrupted:0.004")
+
+
+@pytest.mark.parametrize("url", ["modbus://127.0.0.1:0", "can://loopback/wild-{}", "can://loopback/wild-{}?fd=true"])
+def test_over_a_wire_that_does_everything_wrong_a_run_is_whole(road: Path, url: str) -> None:
+    share = 0.1 if url.endswith("{}") else 1.0  # a block of classic CAN is 257 frames, of which all must arrive
+    orders = [f"{name}:{float(value) * share:g}" for name, value in (order.split(":") for order in MISCHIEF)]
+    with a_sim(url, "--speed", "1", "--fault", *orders) as rig:
+        assert main(["run", "road.h5", "--rig", rig, "-o", "runs"]) == 0
+    run = read_run(road / "runs" / "road.h5")
+    assert (run.status, run.samples) == ("complete", 3000)
+    np.testing.assert_array_equal(
+        run.channels["displacement_command"], read_excitation(road / "road.h5").displacement_m
+    )
+    error = run.channels["displacement"] - run.channels["displacement_command"]
+    assert np.std(error) < 0.2 * np.std(run.channels["displacement_command"])
+
+
 def test_iterate_stores_drive_chart_and_runs_and_says_what_came_of_it(
     road: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -15,7 +15,7 @@ import pytest
 from excitation.plan import Test
 from excitation.signal import Excitation, Kind
 from rigctl.device import Fault, RigState
-from rigctl.errors import GateError, InterlockTripped, LimitError, RigFault, TooCold
+from rigctl.errors import GateError, InterlockTripped, LimitError, RigFault, TooCold, TransportError
 from rigctl.interlocks import Interlock, Watch, interlock
 from rigctl.player import PlayerSettings, play
 from rigctl.progress import Phase, Progress
@@ -247,3 +247,30 @@ def test_a_warm_up_that_does_not_help_has_an_end(
     with pytest.raises(GateError, match="3 s of warm-up were not enough"):
         warmed_up(one, test, tmp_path, a_sine(1000, amplitude_m=1e-4), gate_s=3.0)
     assert b.rig.controller.state is RigState.DISABLED
+
+
+@pytest.mark.parametrize("wire", WIRES)
+@pytest.mark.parametrize("when", [Phase.WAITING, Phase.HOLD])
+def test_a_rig_that_lost_its_power_while_it_waited_is_not_driven_with_another_configuration(
+    bench: Callable[..., Any], tmp_path: Path, wire: str, when: Phase
+) -> None:
+    b, seen = bench(speed=1.0), list[Phase]()
+
+    def cut(progress: Progress) -> None:
+        seen.append(progress.phase)
+        if progress.phase is when and seen.count(when) == 1:
+            b.rig._lose_power()
+            b.rig.starts += 1
+
+    with pytest.raises(TransportError, match="the rig was restarted"):
+        play_on(
+            b,
+            replace(a_record(), dwell_s=1.0),
+            tmp_path,
+            wire=wire_to(wire, b.rig, b.clock),
+            should_hold=lambda: seen.count(Phase.RUNNING) > 1 and seen.count(Phase.HOLD) < 20,
+            on_progress=cut,
+        )
+    assert b.rig.controller.state is RigState.DISABLED
+    assert when in seen
+    assert Phase.RESUMING not in seen

@@ -1,0 +1,48 @@
+"""Between the host's blocks and the frames or commits that the rig numbers: pure counting."""
+
+from __future__ import annotations
+
+from rigctl.transport import NO_SEQUENCE, SEQUENCES, SetpointBlock
+
+
+class BlockCount:
+    """One block of the host is up to `units` numbered units of `unit_samples` set-points.
+
+    On classic CAN a unit is a committed block, on FD a frame: the rig numbers, accepts and refuses units, and what it
+    has of a half-accepted block it drops as known when the block comes again.
+    """
+
+    def __init__(self, *, units: int, unit_samples: int) -> None:
+        self._units, self._unit_samples = units, unit_samples
+        self._accepted = self._furthest = 0  # units, set-points
+        self._ends: dict[int, int] = {}  # block → units up to its end
+        self.last_block = NO_SEQUENCE
+
+    def first_unit(self, block: SetpointBlock) -> int:
+        """Give the number of the block's first unit, modulo 65 536, and remember where the block ends."""
+        number = block.sequence * self._units % SEQUENCES
+        start = self._accepted + (number - self._accepted + SEQUENCES // 2) % SEQUENCES - SEQUENCES // 2
+        self._ends[block.sequence] = start - (-block.samples // self._unit_samples)
+        self._furthest = max(self._furthest, start * self._unit_samples + block.samples)
+        return number
+
+    def note(self, last_unit: int) -> None:
+        """Learn from the rig which unit it accepted last."""
+        newly = (last_unit + 1 - self._accepted) % SEQUENCES
+        if 0 < newly < SEQUENCES // 2:
+            self._accepted += newly
+            self.last_block = (self._accepted // self._units - 1) % SEQUENCES
+        for block, end in list(self._ends.items()):
+            if end <= self._accepted:
+                del self._ends[block]
+                if end == self._accepted:  # the last block of a stream may be shorter
+                    self.last_block = block
+
+    def has(self, block: SetpointBlock) -> bool:
+        """The rig has all of a block."""
+        return block.sequence not in self._ends
+
+    @property
+    def samples(self) -> int:
+        """Set-points that the rig has accepted."""
+        return min(self._accepted * self._unit_samples, self._furthest)
