@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 
 _SUPPLIES_HZ = (50.0, 60.0, 50.0 / 3.0, 400.0)  # mains, railway and aircraft supplies
 _STANDS_OUT = 30.0  # power over the local level: by chance less than one line in 10^12
+_CYCLES = 5.0  # in the shortest run: slower, a tone is an offset or a drift
 _SAME_AMPLITUDE = 0.35  # scatter over the runs beyond which it is no property of the channel
 
 
@@ -35,9 +36,13 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
     """The strongest common tone in the residuals (one (M,) array per record, N), or None."""
     nyquist = min(0.5 / r.dt for r in records)
     wanted = {f for r in records for f in r.tones_hz} | {f for f in _SUPPLIES_HZ if f < 0.95 * nyquist}
+    residuals = [e - np.mean(e) for e in residuals]
+    slowest = _CYCLES / min(e.size * r.dt for e, r in zip(residuals, records, strict=True))
     best: Hum | None = None
     for coarse in wanted:
         frequency = _refine(coarse, residuals, records)
+        if frequency < slowest:
+            continue
         amplitudes, ratios = zip(
             *(_tone(e, r.dt, frequency) for e, r in zip(residuals, records, strict=True)), strict=True
         )

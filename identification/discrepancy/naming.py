@@ -32,6 +32,7 @@ _MAX_EFFECTS = 4
 _SHORTLIST = 6
 _SPRINT = 5  # iterations after which a candidate far behind the best is given up
 _FAR = 5.0  # times the least excess
+_FULFILS = 0.5  # of its promise: a sprint that closes less has stuck
 _RIVALS = 0.6  # of the promise of the name that is in place: less can't replace it
 _FIT_ITERATIONS = 14
 _AT_NOISE = 0.02  # excess over noise energy at which no other start need be tried
@@ -109,7 +110,8 @@ def search(
     state = sure = Search(fit=base, names=(), excess=excess_of(base), given=shaped_like(given, base.model))
     while len(state.names) < _MAX_EFFECTS and _worth_more(state, records):
         say(f"{len(state.names)} named so far, the gap is {_over_noise(state):.1f} × the noise of a mean period")
-        before, grown = state, _add(state, records)
+        alone = state.excess < _EXPLAINED * excess_of(base)  # of a gap that is all but closed no part is worth little
+        before, grown = state, _add(state, records, at_least=_CLOSES if alone else _HELPS)
         if grown is None:
             break
         state = _refine(grown, records)
@@ -166,10 +168,14 @@ def trials(start: Fit, given: Model, records: Sequence[Record], incumbent: str |
             return []
     sprints = {name: _sprint(start.model.with_element(starts[0][1]), records) for name, starts in top}
     best = min((excess_of(f) for f in sprints.values() if f is not None), default=0.0)
-    reach = _FAR * max(best, _AT_NOISE * start.samples)
-    leaders = [name for name, _ in top[:2]]
+    reach, before = _FAR * max(best, _AT_NOISE * start.samples), excess_of(start)
+
+    def open_(sprint: Fit, promised: float) -> bool:
+        """Whether more iterations may pay: near the best, or stuck far short of what the signature promised."""
+        return excess_of(sprint) <= reach or before - excess_of(sprint) < _FULFILS * promised * before
+
     fitted = [
-        _fitted(start, given, name, starts, records, sprint, full=name in leaders or excess_of(sprint) <= reach)
+        _fitted(start, given, name, starts, records, sprint, full=open_(sprint, starts[0][0]))
         for name, starts in top
         if (sprint := sprints[name]) is not None
     ]
@@ -296,13 +302,13 @@ def on_bound(trial: Trial) -> bool:
     return any(value <= low or value >= high for value, low, high in vital) or trial.contribution <= 0.0
 
 
-def _add(state: Search, records: Sequence[Record]) -> Search | None:
+def _add(state: Search, records: Sequence[Record], at_least: float) -> Search | None:
     found = trials(state.fit, _given(state), records)
     chosen = choose(found)
     if chosen is None:
         return None
     closed = (state.excess - chosen.excess) / state.excess
-    if closed < _HELPS:
+    if closed < at_least:
         return None
     move = Move(
         kind="add",

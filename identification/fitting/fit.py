@@ -5,29 +5,42 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from identification.errors import DataError
-from identification.fitting.leastsquares import Fit, fit_records, free_parameters
+from identification.fitting.admission import admit
+from identification.fitting.leastsquares import Fit, fit_records
+from identification.fitting.multistart import fit_from_many
 from identification.physical.model import Model
 from identification.record import record_from_run
 from rigctl.runfile import Run
 
 
-def fit(model: Model, runs: Sequence[Run], *, on_step: Callable[[int, float], None] | None = None) -> Fit:
+def fit(
+    model: Model,
+    runs: Sequence[Run],
+    *,
+    starts: int = 1,
+    robust: float | None = None,
+    on_step: Callable[[int, float], None] | None = None,
+) -> Fit:
     """Fit the free parameters of `model` to all `runs` at once, each weighted by its own noise.
 
+    With `starts` above 1 the search begins at as many places within a factor of 3 of the model's values and keeps the
+    best. `robust` is the number of noise deviations beyond which a sample counts by its size rather than its square.
     `on_step` is told the iteration and the whitened cost.
 
     Raises
     ------
     DataError
-        when there is no run, a run lacks a current that the model needs, or nothing is free.
+        when there is no run, a run lacks a current that the model needs, nothing is free, or the runs are sines too few
+        for the number of free parameters.
     """
     if not runs:
         raise DataError("no run was given: at least one measured run is needed")
+    if starts < 1:
+        raise DataError(f"starts is {starts}: it must be 1 or more")
+    if robust is not None and not robust > 0.0:
+        raise DataError(f"robust is {robust:g}: it must be above 0 noise deviations")
     records = [record_from_run(r) for r in runs]
-    for r in records:
-        needs = [e.name for e in model.elements if e.spec.needs_current]
-        if needs and not r.has_current:
-            raise DataError(f"{r.name} has no control current, which '{needs[0]}' needs: record it or leave it out")
-    if not free_parameters(model, records).any():
-        raise DataError(f"'{model.name}' has no free parameter: set \"fixed\" to false where the fit may move")
-    return fit_records(model, records, on_step=on_step)
+    admit(model, records)
+    if starts > 1:
+        return fit_from_many(model, records, starts, robust=robust).best
+    return fit_records(model, records, robust=robust, on_step=on_step)

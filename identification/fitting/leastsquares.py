@@ -120,10 +120,7 @@ def evaluate(model: Model, records: Sequence[Record], free: NDArray[np.bool_]) -
             raise SimulationError(f"'{model.name}' runs away on {record.name}: its gradient overflows")
         return record.measured - force, gradient
 
-    if len(records) == 1:
-        pairs = [one(records[0])]
-    else:
-        pairs = list(_pool().map(one, records))
+    pairs = [one(records[0])] if len(records) == 1 else list(_pool().map(one, records))
     return Evaluation(tuple(r for r, _ in pairs), tuple(g for _, g in pairs))
 
 
@@ -146,24 +143,26 @@ def fit_records(
     *,
     max_iterations: int = 40,
     tolerance: float = 1e-5,
+    robust: float | None = None,
     on_step: Callable[[int, float], None] | None = None,
 ) -> Fit:
     """Fit the free parameters of `model` to all records at once, each weighted by its own noise.
 
     Minimises Σ ‖(F − M(θ))/σ‖² by Levenberg–Marquardt with Marquardt's scaling and a projected active set for the
-    bounds. Stops when a step promises less than `tolerance` of the cost twice running.
+    bounds. Stops when a step promises less than `tolerance` of the cost twice running. With `robust` = c, samples whose
+    residual exceeds c·σ count by their size rather than its square: Σ 2c²(√(1 + (r/cσ)²) − 1), the smooth l1 loss.
     """
     free = free_parameters(model, records)
     weights = [1.0 / r.sigma for r in records]
     theta = model.values()
     low, high = (b[free] for b in model.bounds())
     current = evaluate(model, records, free)
-    cost = _cost(current, weights)
+    cost = _cost(current, weights, robust)
     damping, quiet, reason, converged, iteration = 1e-3, 0, "the iteration limit was reached", False, 0
     solve = partial(_bounded_step, low=low, high=high)
     while iteration < max_iterations and not converged:
         iteration += 1
-        gram, slope = _normal(current, weights)
+        gram, slope = _normal(current, weights, robust)
         accepted, gain = False, 0.0
         for _ in range(_DAMPINGS):
             step = solve(theta[free], gram, slope, damping)
@@ -173,7 +172,7 @@ def fit_records(
             trial[free] = np.clip(theta[free] + step, low, high)  # the sum may round past a bound
             try:
                 candidate = evaluate(model.with_values(trial), records, free)
-                new = _cost(candidate, weights)
+                new = _cost(candidate, weights, robust)
             except SimulationError:
                 new = np.inf
             if new < cost:
@@ -191,20 +190,28 @@ def fit_records(
             on_step(iteration, cost)
     if converged:
         reason = "no step lowers the misfit any further"
-    return _result(model.with_values(theta), current, weights, free, iteration, converged, reason)
+    return _result(model.with_values(theta), current, weights, robust, free, iteration, converged, reason)
 
 
-def _cost(evaluation: Evaluation, weights: Sequence[float]) -> float:
-    return float(sum(np.dot(r, r) * w * w for r, w in zip(evaluation.residuals, weights, strict=True)))
+def _cost(evaluation: Evaluation, weights: Sequence[float], robust: float | None = None) -> float:
+    pairs = zip(evaluation.residuals, weights, strict=True)
+    if robust is None:
+        return float(sum(np.dot(r, r) * w * w for r, w in pairs))
+    return float(sum(2.0 * robust**2 * np.sum(np.sqrt(1.0 + (r * w / robust) ** 2) - 1.0) for r, w in pairs))
 
 
-def _normal(evaluation: Evaluation, weights: Sequence[float]) -> tuple[Floats, Floats]:
+def _normal(evaluation: Evaluation, weights: Sequence[float], robust: float | None = None) -> tuple[Floats, Floats]:
     """Gram matrix (K, K) and slope (K,) of the weighted problem."""
     width = evaluation.gradients[0].shape[1]
     gram, slope = np.zeros((width, width)), np.zeros(width)
     for g, r, w in zip(evaluation.gradients, evaluation.residuals, weights, strict=True):
-        gram += w * w * (g.T @ g)
-        slope += w * w * (g.T @ r)
+        if robust is None:
+            gram += w * w * (g.T @ g)
+            slope += w * w * (g.T @ r)
+        else:
+            counts = 1.0 / np.sqrt(1.0 + (r * w / robust) ** 2)
+            gram += w * w * (g.T @ (counts[:, None] * g))
+            slope += w * w * (g.T @ (counts * r))
     return gram, slope
 
 
@@ -228,13 +235,14 @@ def _result(
     model: Model,
     evaluation: Evaluation,
     weights: Sequence[float],
+    robust: float | None,
     free: NDArray[np.bool_],
     iterations: int,
     converged: bool,
     reason: str,
 ) -> Fit:
-    gram, _ = _normal(evaluation, weights)
-    chi2 = _cost(evaluation, weights)
+    gram, _ = _normal(evaluation, weights, robust)
+    chi2 = _cost(evaluation, weights, robust)
     samples = sum(r.size for r in evaluation.residuals)
     excess = max(chi2 / max(samples - int(free.sum()), 1), 1.0)
     covariance = excess * _inverse(gram)
