@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,6 +19,15 @@ def fit(
     model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="The model as it is known today.")],
     runs: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="Measured runs of one specimen.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="MODEL.json", help="The fitted model.")],
+    starts: Annotated[int, typer.Option("--starts", help="Begin at as many places, keep the best.")] = 1,
+    robust: Annotated[
+        float | None,
+        typer.Option("--robust", help="Beyond so many noise deviations a sample counts by its size alone."),
+    ] = None,
+    profiled: Annotated[
+        list[str] | None,
+        typer.Option("--profile", metavar="ELEMENT.PARAMETER", help="Its interval by profile likelihood."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the parameters as JSON.")] = False,
 ) -> None:
     """Fit the free parameters of a physical model to runs.
@@ -25,25 +36,42 @@ def fit(
     """
     from api.cli.terminal import answer, progress_bar, warn
     from identification.fitting import fit as fit_model
+    from identification.fitting import profile
     from identification.physical.modelfile import read_model, write_model
+    from identification.record import record_from_run
     from rigctl.runfile import read_run
 
     start = read_model(model)
     measured = [read_run(path) for path in runs]
     warn(measured)
     with progress_bar("fitting") as tell:
-        result = fit_model(start, measured, on_step=lambda step, cost: tell(1 - 0.8**step, f"fitting, step {step}"))
+        result = fit_model(
+            start,
+            measured,
+            starts=starts,
+            robust=robust,
+            on_step=lambda step, cost: tell(1 - 0.8**step, f"fitting, step {step}"),
+        )
+        records = [record_from_run(run) for run in measured] if profiled else []
+        intervals = {name: profile(result, records, name, robust=robust).interval for name in profiled or []}
     write_model(output, result.model)
-    answer(_text(output, result), _figures(output, result), as_json=as_json)
+    answer(_text(output, result, intervals), _figures(output, result, intervals), as_json=as_json)
 
 
-def _figures(output: Path, result: Fit) -> dict[str, Any]:
+Intervals = Mapping[str, tuple[float, float]]
+
+
+def _figures(output: Path, result: Fit, intervals: Intervals) -> dict[str, Any]:
+    from identification.fitting import warnings
+
     return {
         "file": str(output),
         "gap": {"value": result.rms, "unit": "N"},
         "converged": result.converged,
         "reason": result.reason,
         "iterations": result.iterations,
+        "warnings": warnings(result),
+        "intervals": {name: [e if isfinite(e) else None for e in ends] for name, ends in intervals.items()},
         "parameters": {
             f"{element.name}.{element.spec.parameters[k].name}": {
                 "value": element.parameters[k].value,
@@ -56,11 +84,13 @@ def _figures(output: Path, result: Fit) -> dict[str, Any]:
     }
 
 
-def _text(output: Path, result: Fit) -> str:
+def _text(output: Path, result: Fit, intervals: Intervals) -> str:
+    figures = _figures(output, result, intervals)
     lines = [f"{output}: gap {result.rms:.4g} N rms after {result.iterations} iterations"]
     if not result.converged:
         lines[0] += f", not converged: {result.reason}"
-    for name, entry in _figures(output, result)["parameters"].items():
+    for name, entry in figures["parameters"].items():
         spread = "fixed" if entry["fixed"] else "" if entry["std"] is None else f"± {entry['std']:.2g}"
         lines.append(f"  {name:<36} {entry['value']:>12.5g} {entry['unit']:<10} {spread}".rstrip())
-    return "\n".join(lines)
+    lines += [f"  {name}: 68 % within {low:.5g} … {high:.5g}" for name, (low, high) in intervals.items()]
+    return "\n".join([*lines, *(f"  {sentence}" for sentence in figures["warnings"])])

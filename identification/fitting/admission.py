@@ -30,8 +30,8 @@ def admit(model: Model, records: Sequence[Record]) -> None:
     if all(s is not None for s in sines) and int(free.sum()) > _OF_A_SINE * conditions:
         named = ", ".join(name for name, f in zip(model.names(), free, strict=True) if f)
         raise DataError(
-            f"{int(free.sum())} free parameters ({named}) on {conditions} sine{'s' * (conditions > 1)}: one sine tells at "
-            f"most {_OF_A_SINE} apart; add tests of other amplitudes, frequencies or currents, or fix some parameters"
+            f"{int(free.sum())} free parameters ({named}) on {conditions} sine{'s' * (conditions > 1)}: one sine tells "
+            f"at most {_OF_A_SINE} apart; add tests of other amplitudes, frequencies or currents, or fix some of them"
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import Final
 
 import numpy as np
@@ -13,11 +14,12 @@ _VAGUE = 0.5  # standard deviation over the value beyond which a parameter is ha
 
 # What a parameter multiplies: two of the same kind need a test that changes what they have in common.
 _KINDS: Final = {
-    "another current": ("c_control", "alpha_control", "c_soft", "c_firm", "u_soft", "u_firm", "alpha1", "alpha2", "delta1"),
+    "another current": ("c_control", "alpha_control", "c_soft", "c_firm", "u_soft", "u_firm", "alpha1", "alpha2",
+                        "delta1"),
     "another frequency at the same speed": ("k", "k1", "k2", "m", "tau", "sigma", "sigma0"),
     "a larger stroke": ("k3", "length", "n", "z_max", "p", "gap"),
-    "lower and higher speeds": ("c", "c1", "c2", "f_c", "f_s", "f_r", "F1", "S", "d", "q", "alpha", "beta", "w_knee", "w_s",
-                                "c_drop", "c_a", "delta", "gamma"),
+    "lower and higher speeds": ("c", "c1", "c2", "f_c", "f_s", "f_r", "F1", "S", "d", "q", "alpha", "beta", "w_knee",
+                                "w_s", "c_drop", "c_a", "delta", "gamma"),
 }  # fmt: skip
 
 
@@ -29,14 +31,12 @@ def warnings(fit: Fit) -> list[str]:
     if len(names) != size.size:
         return []
     correlation = fit.covariance / np.outer(size, size)
-    said = []
-    for a in range(len(names)):
-        for b in range(a):
-            if abs(correlation[a, b]) > _TRADED:
-                said.append(
-                    f"these data can't tell {names[b]} from {names[a]} (correlation {correlation[a, b]:.3f}): "
-                    f"a test with {_remedy(names[b], names[a])} would"
-                )
+    said = [
+        f"these data can't tell {names[a]} from {names[b]} (correlation {correlation[a, b]:.3f}): "
+        f"a test with {_remedy(names[a], names[b])} would"
+        for a, b in combinations(range(len(names)), 2)
+        if abs(correlation[a, b]) > _TRADED
+    ]
     values = np.array([e.parameters[k].value for e, k in free])
     for name, value, std in zip(names, values, size, strict=True):
         if value != 0.0 and std > _VAGUE * abs(value):

@@ -42,9 +42,9 @@ def frog_leaping(
 ) -> Found:
     """The lowest cost within a box, (K,) `low` to `high`, by about `evaluations` evaluations.
 
-    All frogs are ranked and dealt out to the memeplexes in turn. In each, parents are drawn with probabilities that fall
-    linearly with rank; the worst of them leaps by a random share of the way towards the best of them, else towards the
-    best of all, else to a random place. After some leaps all are shuffled together.
+    All frogs are ranked and dealt out to the memeplexes in turn. In each, parents are drawn with probabilities that
+    fall linearly with rank; the worst of them leaps by a random share of the way towards the best of them, else towards
+    the best of all, else to a random place. After some leaps all are shuffled together.
     """
     how, rng = how or Leaping(), np.random.default_rng(seed)
     count, size = how.memeplexes * how.frogs, low.size

@@ -22,7 +22,7 @@ _SAME = 1.02  # cost over the best: the same valley
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ManyFits:
-    """The best fit, the cost that each start came to (infinite where it failed), and how many met in the best valley."""
+    """The best fit, the cost that each start came to (infinite: it failed), and how many met in the best valley."""
 
     best: Fit
     costs: tuple[float, ...]

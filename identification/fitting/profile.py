@@ -28,10 +28,13 @@ class Profile:
     interval: tuple[float, float]
 
 
-def profile(fit: Fit, records: Sequence[Record], name: str, *, points: int = 5, reach: float = 3.0) -> Profile:
-    """Profile of one fitted parameter, `element.parameter`, at `points` values on either side, up to `reach` deviations.
+def profile(
+    fit: Fit, records: Sequence[Record], name: str, *, points: int = 5, reach: float = 3.0, robust: float | None = None
+) -> Profile:
+    """Profile of a fitted parameter, `element.parameter`, at `points` values on either side, up to `reach` deviations.
 
-    At each value the other parameters are fitted again, from where the neighbour left them. Raises DataError where the
+    At each value the other parameters are fitted again, from where the neighbour left them, with
+    the loss (`robust`) that the fit had. Raises DataError where the
     name is not that of a parameter with a standard deviation.
     """
     names = fit.model.names()
@@ -49,7 +52,7 @@ def profile(fit: Fit, records: Sequence[Record], name: str, *, points: int = 5, 
         for step in range(1, points + 1):
             value = float(np.clip(best + side * reach * std * step / points, low, high))
             try:
-                found = fit_records(_held(model, index, value), records, max_iterations=12)
+                found = fit_records(_held(model, index, value), records, max_iterations=12, robust=robust)
             except SimulationError:
                 break
             model = _held(found.model, index, value)
