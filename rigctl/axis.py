@@ -21,7 +21,7 @@ CONNECT_S = 2.0
 STOP_S = 3.0
 POLL_S = 0.01
 RIG_SILENT_S = 0.5  # the rig's heartbeat may stand still for so long
-BEATS_MISSED = 3  # and in so many answers
+SUSPECT_S = 0.25  # and then for so long again, in every answer: a busy computer may hold one back
 UNPOWERED = (RigState.INIT, RigState.DISABLED, RigState.FAULT_DISABLED)
 
 
@@ -31,7 +31,8 @@ class Axis:
     def __init__(self, transport: Transport, clock: Clock, *, stall_s: float) -> None:
         self._transport, self._clock, self._stall_s = transport, clock, stall_s
         self._last: Status | None = None
-        self._beat, self._beat_at, self._beats_missed = -1, clock.now(), 0
+        self._beat, self._beat_at = -1, clock.now()
+        self._suspected_at: float | None = None
         self.run_id = secrets.randbelow(0xFFFF) + 1  # never the one of the run before, which may still be in flight
 
     def begin_another(self) -> None:
@@ -109,15 +110,20 @@ class Axis:
             raise TransportError(f"{self._transport.url}: the rig was restarted: it knows nothing of this run")
         return reply
 
+    def fetch(self, stream: Stream, patience_s: float) -> Reply:
+        """Fetch the next captured samples and send nothing; a lost answer is asked for again."""
+        run_id = stream.plan.run_id
+        return self._insist(lambda: self._transport.exchange(None, run_id, stream.captured, CALL_S), patience_s)
+
     def _feel(self, heartbeat: int) -> None:
         """Watch the rig's heartbeat: a wire that answers for a controller that is dead."""
         now = self._clock.now()
         if heartbeat != self._beat:
-            self._beat, self._beat_at, self._beats_missed = heartbeat, now, 0
-            return
-        self._beats_missed += 1
-        if now - self._beat_at > RIG_SILENT_S and self._beats_missed >= BEATS_MISSED:
-            raise TransportError(f"{self._transport.url}: the rig's heartbeat stands still, its wire still answers")
+            self._beat, self._beat_at, self._suspected_at = heartbeat, now, None
+        elif now - self._beat_at > RIG_SILENT_S:
+            self._suspected_at = self._suspected_at or now
+            if now - self._suspected_at > SUSPECT_S:
+                raise TransportError(f"{self._transport.url}: the rig's heartbeat stands still, its wire still answers")
 
     def await_state(self, *states: RigState) -> Status:
         """Wait until the rig is in one of the states; RigFault as soon as it reports another fault."""

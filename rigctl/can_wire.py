@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Callable, Sequence
 
 import can
@@ -22,6 +23,8 @@ from rigctl.registers import check_identity, identity_from, status_from
 from rigctl.transport import HEARTBEATS, SEQUENCES, CaptureBlock, Identity, Reply, SetpointBlock, Status
 
 FD_FRAMES = 16  # of set-points that are sent before the rig is asked what it has
+FULL_S = 0.1  # for a full queue of the driver
+BACK_OFF_S = 0.001
 SLICE_S = 0.02  # of waiting for one frame
 ACKNOWLEDGE_S = 0.1  # for a block
 SDO_S = 0.06  # before an unanswered request is sent again
@@ -211,10 +214,22 @@ class CanTransport:
                 bus.send_all(made)
             else:
                 for message in made:
-                    bus.send(message, timeout=0.1)
+                    self._send_one(bus, message)
         except (can.CanError, OSError, ValueError) as error:
             self.close()
             raise TransportError(f"{self.url}: {' '.join(str(error).split())}") from error
+
+    def _send_one(self, bus: can.BusABC, message: can.Message) -> None:
+        """Send a frame; a driver whose queue is full (ENOBUFS on SocketCAN) is given time to empty it."""
+        ends = self._clock.now() + FULL_S
+        while True:
+            try:
+                bus.send(message, timeout=FULL_S)
+                return
+            except can.CanOperationError as error:
+                if error.error_code != errno.ENOBUFS or self._clock.now() >= ends:
+                    raise
+                self._clock.sleep(BACK_OFF_S)
 
     def _connected(self) -> can.BusABC:
         if self._bus is None:

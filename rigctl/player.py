@@ -10,7 +10,7 @@ from pathlib import Path
 
 from excitation.plan import Test
 from rigctl.address import connect
-from rigctl.axis import CALL_S, Axis
+from rigctl.axis import Axis
 from rigctl.clock import Clock, SystemClock
 from rigctl.device import describe
 from rigctl.errors import GateError, InterlockTripped, LimitError, RigError, RigFault, TransportError
@@ -166,7 +166,7 @@ class _Player:
         """Come to rest, keep what was played until then, and wait until the test may go on."""
         self._report(Phase.HOLDING)
         came = axis.hold()
-        self._drain()
+        self._drain(axis)
         if self._complete:
             return
         recorder.event(f"hold, {self.holding}" if self.holding else "hold")
@@ -193,7 +193,7 @@ class _Player:
         if self.recorder is not None:
             if trouble is None and not isinstance(error, TransportError):
                 with suppress(TransportError):
-                    self._drain()
+                    self._drain(axis)
             self.recorder.event(f"{status}: {str(error) or type(error).__name__}")
             path = self.recorder.close(status)
         self.on_progress = tell
@@ -207,11 +207,10 @@ class _Player:
         self._report(Phase.STOPPED, status)
         return path
 
-    def _drain(self) -> None:
-        """Fetch what the rig captured before it stopped: the samples that show why."""
+    def _drain(self, axis: Axis) -> None:
+        """Fetch what the rig captured before it came to rest: where it stopped, the samples that show why."""
         while self.stream is not None:
-            reply = self.transport.exchange(None, self.stream.plan.run_id, self.stream.captured, CALL_S)
-            fresh = self.stream.take(reply)
+            fresh = self.stream.take(axis.fetch(self.stream, self.settings.link_patience_s))
             if fresh is None:
                 return
             self._record(fresh)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Callable, Sequence
 from contextlib import closing
@@ -24,7 +25,7 @@ from rigctl.loopback_can import LoopbackBus
 from rigctl.player import PlayerSettings, play
 from rigctl.runfile import read_run
 from sim_rig.can_server import CanDevice
-from tests.sim_rig.virtual import wire_to
+from tests.sim_rig.virtual import VirtualBus, wire_to
 
 
 class BadBus(can.BusABC):
@@ -330,3 +331,32 @@ def test_python_can_knows_the_loopback_as_an_interface_of_its_own() -> None:
         assert got is not None
         assert bytes(got.data) == b"abc"
     rig.shutdown()
+
+
+def test_a_full_queue_of_the_driver_is_waited_for_and_one_that_stays_full_is_an_error(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
+) -> None:
+    b, refusals = bench(speed=20.0), [0]
+
+    class Full(VirtualBus):
+        def send(self, msg: can.Message, timeout: float | None = None) -> None:
+            refusals[0] += 1
+            if refusals[0] % 50 == 0 or refusals[0] < 0:
+                raise can.CanOperationError("Failed to transmit: No buffer space available", errno.ENOBUFS)
+            super().send(msg, timeout)
+
+    opened: list[int] = []
+
+    def open_it() -> can.BusABC:
+        opened.append(1)
+        return bus
+
+    bus = Full(b.rig, b.clock, fd=False)
+    wire = CanTransport("can://full/1", open_it, fd=False, clock=b.clock)
+    run = read_run(play(wire, a_sine(600), tmp_path, clock=b.clock, settings=PlayerSettings(ramp_s=0.1)))
+    assert (run.status, run.samples, refusals[0] > 500, len(opened)) == ("complete", 600, True, 1)
+    refusals[0] = -(10**6)
+    began = b.clock.now()
+    with pytest.raises(TransportError, match="No buffer space"):
+        wire.status(1.0)
+    assert b.clock.now() - began < 0.3

@@ -165,6 +165,28 @@ def test_whichever_single_call_fails_the_run_is_complete_and_exact(
             return
 
 
+@pytest.mark.parametrize("answer", [False, True])
+def test_whichever_single_call_fails_a_run_that_holds_is_complete_and_exact(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, answer: bool
+) -> None:
+    test, events = a_sine(150), set()
+    for nth in count(1, 5):  # every fifth: there are many
+        b, asked = bench(speed=1.0), count()
+        wire = FailNth(wire_to("direct", b.rig, b.clock), b.clock, nth, answer=answer, for_good=False)
+        hold = lambda b=b, asked=asked: b.rig.controller.fifo.consumed > 120 and next(asked) < 3  # noqa: E731
+        run = play_on(b, test, tmp_path / str(nth), wire=wire, should_hold=hold)
+        assert (run.status, run.samples) == ("complete", 150)
+        events.add(tuple(text for _, text in run.events))  # none where the rig has played on while the call failed
+        np.testing.assert_array_equal(run.channels["displacement_command"], test.excitation.displacement_m)
+        assert np.max(np.abs(run.channels["displacement"] - test.excitation.displacement_m)) < 2e-3
+        assert b.rig.controller.state is RigState.DISABLED
+        assert_nothing_left_its_limits(b)
+        if wire.calls < nth:
+            assert events <= {("hold", "resumed"), ()}
+            assert ("hold", "resumed") in events
+            return
+
+
 @pytest.mark.parametrize(("speed", "name"), [(1.0, "direct"), *((20.0, name) for name in WIRES)])
 def test_from_whichever_call_the_wire_is_dead_the_rig_ends_safe_and_the_file_is_true(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, speed: float, name: str
