@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -20,6 +21,10 @@ ROOM_TEMPERATURE_DEGC = 25.0  # where a run has none
 _MIN_SAMPLES = 64
 _REPEATABLE_FLOOR = 2e-4  # of rms force: no rig repeats itself, and no solver is exact, beyond this
 _SETTLED = 1.5  # a period is settled when it differs from those after it by no more than this multiple of the noise
+
+
+_KNOWN = 2  # records that repeat, from which the noise of the load cell is known
+_SAME_LEVEL = 1.15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -250,3 +255,27 @@ def _notes(run: Run) -> tuple[str, ...]:
             if share > 0.01 and np.unique(values[:2000]).size > 50:
                 notes.append(f"{channel} sits at {extreme:.4g} {unit} for {100 * share:.0f} % of the run: clipped?")
     return tuple(notes)
+
+
+def noise_without(record: Record, tone: Floats) -> Record:
+    """The record with its noise estimated again after a foreign tone (N,), N, is taken out; its force stays."""
+    if record.period == 0 or record.measured.size < 2 * record.period:
+        return record
+    sigma, _ = between_periods((record.force - tone)[record.window].reshape(-1, record.period))
+    return replace(record, sigma=min(record.sigma, sigma)) if sigma > 0.0 else record
+
+
+def same_load_cell(records: Sequence[Record]) -> list[Record]:
+    """The records with the noise of the load cell known from those that repeat, where another's own guess is higher.
+
+    What does not repeat, an edge or a tone, can pass for noise in a run without whole periods; the load cell is one.
+    """
+    known = [r.sigma for r in records if r.period and r.measured.size >= 2 * r.period]
+    if len(known) < _KNOWN:
+        return list(records)
+    level = float(np.median(known))
+    return [r if r.sigma <= _SAME_LEVEL * level else _with_noise(r, level) for r in records]
+
+
+def _with_noise(record: Record, sigma: float) -> Record:
+    return replace(record, sigma=sigma, route=f"{record.route}; the noise is that of the other runs")

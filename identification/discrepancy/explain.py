@@ -35,7 +35,7 @@ from identification.discrepancy.where import Region, locate
 from identification.fitting.leastsquares import Fit, fit_records, predict
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model
-from identification.record import Record, compact, record_from_run
+from identification.record import Record, compact, noise_without, record_from_run, same_load_cell
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -71,13 +71,15 @@ def explain(
     say = on_progress or (lambda text, done: None)
     say("preparing the runs", 0.0)
     check_runs([*runs, *(held_out or ())])
-    records = [record_from_run(r) for r in runs]
-    train, held = (records, [record_from_run(r) for r in held_out]) if held_out else keep_back(records)
+    records = same_load_cell([record_from_run(r) for r in (*runs, *(held_out or ()))])
+    train, held = (records[: len(runs)], records[len(runs) :]) if held_out else keep_back(records)
     check_model(model, [*train, *held])
     say("fitting the model as given", 0.05)
     base = fit_records(model, [compact(r) for r in train])
     hum, train_quiet = _without_hum(base, train)
     if hum is not None:
+        train, held = _noise_beside(base, hum, train, held)
+        _, train_quiet = _without_hum(base, train)
         base = fit_records(model, train_quiet)
     say("looking for what is missing", 0.2)
     found = search(model, base, train_quiet, on_progress=lambda text: say(text, 0.4))
@@ -93,6 +95,17 @@ def _without_hum(base: Fit, train: Sequence[Record]) -> tuple[Hum | None, list[R
     if hum is None:
         return None, [compact(r) for r in train]
     return hum, [compact(r, hum_in(r, e, hum)) for r, e in zip(train, residuals, strict=True)]
+
+
+def _noise_beside(
+    base: Fit, hum: Hum, train: Sequence[Record], held: Sequence[Record]
+) -> tuple[list[Record], list[Record]]:
+    """The records with the noise that they have beside the hum."""
+    every = [*train, *held]
+    residuals = [r.measured - predict(base.model, r)[0] for r in every]
+    quiet = [noise_without(r, hum_in(r, e, hum)) for r, e in zip(every, residuals, strict=True)]
+    quiet = same_load_cell(quiet)
+    return quiet[: len(train)], quiet[len(train) :]
 
 
 def _through_the_gates(found: Search, base: Fit, records: Sequence[Record]) -> tuple[Search, list[Evidence]]:

@@ -154,13 +154,16 @@ def contribution(model: Model, name: str, records: Sequence[Record]) -> float:
     return total
 
 
-def trials(start: Fit, given: Model, records: Sequence[Record], incumbent: str | None = None) -> list[Trial]:
+def trials(
+    start: Fit, given: Model, records: Sequence[Record], *, incumbent: str | None = None, least: float = 0.0
+) -> list[Trial]:
     """The shortlist: elements whose signatures explain most of the residual, each inserted and fitted.
 
     All run a few iterations; those that are then far behind run no further. With an `incumbent`, only what promises
-    nearly as much as that name does is tried: nothing, when it leads alone.
+    nearly as much as that name does is tried: nothing, when it leads alone. What promises less than the share `least`
+    of the residual is left out.
     """
-    top = _shortlist(start, records)
+    top = [(n, s) for n, s in _shortlist(start, records) if s[0][0] >= least]
     if incumbent is not None:
         bar = _RIVALS * max((s[0][0] for n, s in top if n == incumbent), default=0.0)
         top = [(n, s) for n, s in top if s[0][0] >= bar]
@@ -303,7 +306,7 @@ def on_bound(trial: Trial) -> bool:
 
 
 def _add(state: Search, records: Sequence[Record], at_least: float) -> Search | None:
-    found = trials(state.fit, _given(state), records)
+    found = trials(state.fit, _given(state), records, least=_FULFILS * at_least)
     chosen = choose(found)
     if chosen is None:
         return None

@@ -72,14 +72,18 @@ def predict(model: Model, record: Record, *, gradient: bool = False) -> tuple[Fl
 
 
 def _as_left(model: Model, record: Record) -> Motion:
-    """The record's motion with the remanence that fits it best: none, or that of a current from below or above."""
-    motions = [replace(record.motion, remanence=r) for r in (0.0, -1.0, 1.0)]
-    control = model.on("control")
-    low, high = (effective_current(control, m.i, m.dt, m.period, m.remanence)[0][record.window] for m in motions[1:])
-    if np.array_equal(low, high):
+    """The record's motion with the remanence that fits it best: −1 for a current from far below, 1 from far above."""
+    low, high = (replace(record.motion, remanence=r) for r in (-1.0, 1.0))
+    control, window = model.on("control"), record.window
+    after = [effective_current(control, m.i, m.dt, m.period, m.remanence)[0][window] for m in (low, high)]
+    if np.array_equal(after[0], after[1]):
         return record.motion
-    rest = [record.measured - simulate(model, m).force[record.window] for m in motions]
-    return motions[int(np.argmin([np.dot(e, e) for e in rest]))]
+    down, up = (simulate(model, m).force[window] for m in (low, high))
+    half, rest = 0.5 * (up - down), record.measured - 0.5 * (up + down)
+    if not 0.0 < np.max(np.abs(half)) < _RUNAWAY:
+        return record.motion
+    share = float(np.dot(rest, half) / np.dot(half, half))
+    return replace(record.motion, remanence=min(max(share, -1.0), 1.0))
 
 
 def in_phase(model: Model, record: Record) -> Model:
