@@ -39,6 +39,12 @@ class PlayerSettings:
     report_s: float = 0.1
     poll_s: float = 0.004
 
+    def __post_init__(self) -> None:
+        if not 0 < self.ramp_s < 3600:
+            raise LimitError(f"ramp is {self.ramp_s} s: it must lie above 0 and below 3600")
+        if not 0 <= self.settle_s < 3600:
+            raise LimitError(f"settle is {self.settle_s} s: it must lie in 0 … 3600")
+
 
 class _Stopped(Exception):
     """The caller asked for a stop; the text is the reason."""

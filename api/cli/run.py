@@ -21,6 +21,8 @@ def run(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the run files.")],
     specimen: Annotated[str, typer.Option(help="What is in the rig: goes into every run file.")] = "",
     operator: Annotated[str, typer.Option(help="Who does it: goes into every run file.")] = "",
+    ramp: Annotated[float, typer.Option(help="Seconds in which the motion fades in and out.")] = 1.0,
+    settle: Annotated[float, typer.Option(help="Seconds at full size before a periodic excitation is recorded.")] = 0.0,
     interlock: Annotated[
         list[str] | None,
         typer.Option(
@@ -48,7 +50,9 @@ def run(
     from rigctl.warm_up import warmed_up
 
     plans = [plan_of(file) for file in files]
-    settings = PlayerSettings(interlocks=tuple(interlock_from(text) for text in interlock or ()))
+    settings = PlayerSettings(
+        ramp_s=ramp, settle_s=settle, interlocks=tuple(interlock_from(text) for text in interlock or ())
+    )
     transport = connect(rig)
     made: list[dict[str, Any]] = []
     try:

@@ -73,6 +73,8 @@ def said_in_one_line(capsys: pytest.CaptureFixture[str]) -> str:
         (["iterate", "road.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o", "--gain", "0"], ["gain is 0"]),
         (["iterate", "road.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o", "--bandwidth", "-3"], ["bandwidth is -3"]),
         (["iterate", "road.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o", "--iterations", "0"], ["iterations is 0"]),
+        (["run", "road.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o", "--ramp", "0"], ["ramp is 0"]),
+        (["run", "road.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o", "--settle", "nan"], ["settle is nan"]),
         (["sim", "--listen", "can://telepathy/1"], ["telepathy", "loopback"]),
         (["sim", "--listen", "modbus://127.0.0.1:0", "--specimen", "sofa"], ["sofa", "semi-active"]),
         (["sim", "--listen", "modbus://127.0.0.1:0", "--fault", "fire"], ["fire", "emergency_stop"]),
