@@ -147,7 +147,7 @@ def _conclude(
     forces = [(t.as_given, t.refitted, t.final) for t in traces]
     in_train, in_held = gaps_of(train, forces[: len(train)]), gaps_of(held, forces[len(train) :])
     names = found.names + (("mains_hum",) if hum else ())
-    left = _left_over(found, quiet)
+    left = _left_over(found, hum, quiet)
     verdict = _verdict(base, names, left, quiet)
     regions, profiles = locate([r.measured - predict(base.model, r)[0] for r in quiet], quiet)
     effects = _effects(final, found, evidence, hum, in_train.final)
@@ -180,10 +180,12 @@ def _trace(record: Record, given: Model, base: Model, final: Model, *, held_out:
     return Traces(record=record, as_given=forces[0], refitted=forces[1], final=forces[2], held_out=held_out)
 
 
-def _left_over(found: Search, records: Sequence[Record]) -> bool:
+def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> bool:
     """Whether something repeatable stays that neither noise nor the form of what was named can answer for."""
     samples = sum(r.measured.size for r in records)
     form = sum(FORM_TOLERANCE**2 * contribution(found.fit.model, n, records) for n in found.names)
+    if hum is not None:
+        form += FORM_TOLERANCE**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
     floor = max(material_excess(records), significant_excess(found.fit, records), _NEAR_FLOOR**2 * samples)
     return found.excess > floor + form
 
