@@ -1,0 +1,82 @@
+"""A small fixed share of what `make bench-explain` runs: specimens of another author, in forms that are not the catalogue's."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from benchmarks.explain.judge import answer, judge
+from benchmarks.explain.summary import right
+from benchmarks.hidden import case
+from identification.discrepancy import explain
+from identification.physical.model import Element, Model
+from identification.physical.modelfile import model_from_json
+from rigctl.runfile import Run
+
+SINGLES = (3, 7, 9, 10, 12, 14, 23, 24, 26)
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed"),
+    [
+        *(("single", seed) for seed in SINGLES),
+        ("pair", 1),
+        ("unknown", 4),
+        ("unknown", 9),
+        ("null", 2),
+        ("gain_drift", 0),
+    ],
+)
+def test_what_is_hidden_is_named_and_what_is_not_is_not(kind: str, seed: int) -> None:
+    outcome = judge(kind, seed)
+    assert right(outcome), (outcome["true"], outcome["names"], outcome["verdict"])
+    if kind in ("single", "pair"):
+        assert outcome["held_out"]["closed"] > 0.9
+        assert outcome["against_truth"] < 1.2
+
+
+def size_of(unit: str, n: float, force: float, length: float, time: float) -> float:
+    """What one `unit` becomes when newtons, metres and seconds are counted in others."""
+    base = {"N": force, "m": length, "s": time, "Hz": 1.0 / time, "kg": force * time**2 / length}
+    powers = {"": 1.0, "²": 2.0, "³": 3.0, "^n": n}
+    size = 1.0
+    for sign, part in zip((1.0, -1.0), (*unit.split("/"), "")[:2], strict=True):
+        for name, power in re.findall(r"(kg|Hz|N|m|s)(²|³|\^n|)", part):
+            size *= base[name] ** (sign * powers[power])
+    return size
+
+
+def in_units(model: Model, force: float, length: float, time: float) -> Model:
+    def scaled(e: Element) -> Element:
+        n = e.value("n") if e.name == "bouc_wen" else 0.0
+        sizes = [size_of(s.unit, n, force, length, time) for s in e.spec.parameters]
+        return Element(e.name, tuple(replace(p, value=p.value * k) for p, k in zip(e.parameters, sizes, strict=True)))
+
+    return replace(model, elements=tuple(scaled(e) for e in model.elements))
+
+
+def run_in_units(run: Run, force: float, length: float, time: float) -> Run:
+    sizes = {"force": force, "displacement": length}
+    channels = {name: values * sizes.get(name.split("_")[0], 1.0) for name, values in run.channels.items()}
+    return replace(run, channels=channels, sample_rate_hz=run.sample_rate_hz / time)
+
+
+@pytest.mark.parametrize(
+    "units", [(1e-6, 1e-3, 0.2), (1e3, 10.0, 10.0)], ids=["micronewtons at 5 kHz", "meganewtons at 100 Hz"]
+)
+@pytest.mark.parametrize("seed", [3, 12])
+def test_a_name_depends_on_no_unit_and_no_scale(seed: int, units: tuple[float, float, float]) -> None:
+    hidden = case(seed, "single")
+    model = model_from_json(hidden.base_model)
+    plain = answer(explain(model, hidden.runs, hidden.held_out))
+    scaled = answer(
+        explain(
+            in_units(model, *units),
+            [run_in_units(r, *units) for r in hidden.runs],
+            [run_in_units(r, *units) for r in hidden.held_out],
+        )
+    )
+    assert list(scaled["names"]) == list(plain["names"]) == list(hidden.effects)
+    assert scaled["held_out"]["closed"] == pytest.approx(plain["held_out"]["closed"], rel=1e-6)
