@@ -1,4 +1,4 @@
-"""A small fixed share of what `make bench-explain` runs: specimens of another author, in forms that are not the catalogue's."""
+"""A share of what `make bench-explain` runs: specimens of another author, in other forms than the catalogue's."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from identification.physical.model import Element, Model
 from identification.physical.modelfile import model_from_json
 from rigctl.runfile import Run
 
-SINGLES = (3, 7, 9, 10, 12, 14, 23, 24, 26)
+SINGLES = (7, 10, 14, 24)
 
 
 @pytest.mark.parametrize(
@@ -66,9 +66,8 @@ def run_in_units(run: Run, force: float, length: float, time: float) -> Run:
 @pytest.mark.parametrize(
     "units", [(1e-6, 1e-3, 0.2), (1e3, 10.0, 10.0)], ids=["micronewtons at 5 kHz", "meganewtons at 100 Hz"]
 )
-@pytest.mark.parametrize("seed", [3, 12])
-def test_a_name_depends_on_no_unit_and_no_scale(seed: int, units: tuple[float, float, float]) -> None:
-    hidden = case(seed, "single")
+def test_a_name_depends_on_no_unit_and_no_scale(units: tuple[float, float, float]) -> None:
+    hidden = case(12, "single")
     model = model_from_json(hidden.base_model)
     plain = answer(explain(model, hidden.runs, hidden.held_out))
     scaled = answer(
