@@ -24,9 +24,7 @@ SINGLES = (7, 10, 14, 24)
         *(("single", seed) for seed in SINGLES),
         ("pair", 1),
         ("unknown", 4),
-        ("unknown", 9),
         ("null", 2),
-        ("gain_drift", 0),
     ],
 )
 def test_what_is_hidden_is_named_and_what_is_not_is_not(kind: str, seed: int) -> None:
