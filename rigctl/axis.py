@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from rigctl.clock import Clock
-from rigctl.device import Control, RigState, describe
+from rigctl.device import Control, Fault, RigState, describe
 from rigctl.errors import GateError, RequestDenied, RigFault, StopFailed, TooCold, TransportError, TransportTimeout
 from rigctl.limits import Configuration
 from rigctl.stream import Stream
@@ -70,7 +70,7 @@ class Axis:
         self._command(Control.DISABLE | Control.RESET)  # the bit's rising edge counts
         status = self._command(Control.DISABLE)
         if status.faults:
-            raise RigFault(f"the rig's fault stays after a reset: {describe(status.faults)}")
+            raise RigFault(f"the rig's fault stays after a reset: {describe(status.faults, status.detector)}")
 
     def enable(self, displacement_m: float, current_a: float) -> None:
         """Close the loop and travel to where the waveform begins."""
@@ -174,6 +174,13 @@ class Axis:
         """Give what the rig said last: asking again would let a clock that waits for the host go on."""
         return self._last or self.status()
 
+    def why(self, faults: Fault) -> str:
+        """Say in words why the rig stopped, with what its status adds where that can be read."""
+        try:
+            return describe(faults, self._transport.status(CALL_S).detector)
+        except TransportError:
+            return describe(faults)
+
     def make_safe(self) -> None:
         """Stop within the rig's own limits, then disable; the rig is safe when this returns.
 
@@ -220,7 +227,7 @@ class Axis:
         status = self._latest()
         while True:
             if status.faults:
-                raise RigFault(f"the rig refuses {what}: {describe(status.faults)}")
+                raise RigFault(f"the rig refuses {what}: {describe(status.faults, status.detector)}")
             if reached(status):
                 return status
             if self._clock.now() >= ends:
@@ -246,7 +253,7 @@ class Axis:
             index, status = status.sample_index, self.status()
             self._same(status)
             if status.faults:
-                raise RigFault(f"the rig stopped: {describe(status.faults)}")
+                raise RigFault(f"the rig stopped: {describe(status.faults, status.detector)}")
             if status.sample_index != index:
                 moved_at = self._clock.now()
             elif self._clock.now() - moved_at > self._stall_s:

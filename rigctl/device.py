@@ -64,6 +64,14 @@ class Fault(IntFlag):
     SETPOINT = 8192
 
 
+SENSORS = ("force", "displacement", "current", "temperature")
+DETECTORS = (  # what a rig may watch, by the number in its status; 0: none has acted
+    "",
+    *(f"{sensor} sensor out of range" for sensor in SENSORS),
+    *(f"{sensor} sensor stuck" for sensor in SENSORS),
+    *("position", "velocity", "force", "following error", "temperature", "supply pressure"),
+)
+
 HYDRAULIC = Fault.EMERGENCY_STOP | Fault.PRESSURE
 """Interlocks that take the pressure away; every other one stops the program and keeps it."""
 
@@ -85,6 +93,7 @@ FAULT_TEXT = {
 }
 
 
-def describe(faults: Fault) -> str:
-    """Say in words what a fault word holds; empty where it holds nothing."""
-    return "; ".join(text for fault, text in FAULT_TEXT.items() if fault in faults)
+def describe(faults: Fault, detector: int = 0) -> str:
+    """Say in words what a fault word holds, and which sensor it is about; empty where it holds nothing."""
+    text = "; ".join(text for fault, text in FAULT_TEXT.items() if fault in faults)
+    return f"{text} ({DETECTORS[detector]})" if Fault.SENSOR in faults and 0 < detector < len(DETECTORS) else text

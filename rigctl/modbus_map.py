@@ -131,6 +131,7 @@ STATUS: Final = Block(
         Register(name="command_acknowledged", address=0x26),
         Register(name="command_refused", address=0x27),  # the last command that had no effect
         Register(name="standing", address=0x28),  # faults whose cause is still there: a reset has no effect
+        Register(name="detector", address=0x29),  # which one acted first; 0: none
     ),
 )
 COUNTERS: Final = Block(

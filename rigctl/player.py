@@ -12,14 +12,13 @@ from excitation.plan import Test
 from rigctl.address import connect
 from rigctl.axis import Axis
 from rigctl.clock import Clock, SystemClock
-from rigctl.device import describe
 from rigctl.errors import GateError, InterlockTripped, LimitError, RigError, RigFault, TransportError
 from rigctl.interlocks import Action, Interlock, Watch, check_waveform
 from rigctl.limits import Configuration, Limits, tighter
 from rigctl.progress import Phase, Progress
 from rigctl.recording import Labels, Recorder, file_stem, free_path, template
 from rigctl.stream import Stream, StreamPlan
-from rigctl.transport import CaptureBlock, Identity, Reply, Status, Transport
+from rigctl.transport import CaptureBlock, Identity, Status, Transport
 from rigctl.waveform import Waveform, with_ramps
 
 __all__ = ["PlayerSettings", "connect", "file_stem", "play"]
@@ -282,7 +281,8 @@ class _Player:
             fresh = stream.take(reply)
             if fresh is not None:
                 self._record(fresh)
-            _raise_fault(reply)
+            if reply.faults:
+                raise RigFault(f"the rig stopped: {axis.why(reply.faults)}")
             if fresh is not None:
                 self._act_on(watch.tripped(fresh.values), recorder)
             if not started and stream.prefilled:
@@ -361,11 +361,6 @@ def _outcome(name: str, error: BaseException, trouble: RigError | None, path: Pa
     if isinstance(error, RigError):
         error.run_path = path
     raise error
-
-
-def _raise_fault(reply: Reply) -> None:
-    if reply.faults:
-        raise RigFault(f"the rig stopped: {describe(reply.faults)}")
 
 
 def _check_rate(test: Test, identity: Identity, rate_hz: float) -> None:

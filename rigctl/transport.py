@@ -49,6 +49,7 @@ class Status:
     state: RigState
     faults: Fault
     first_fault: Fault
+    detector: int  # which one acted first, as rigctl.device.DETECTORS numbers them; 0: none
     run_id: int
     heartbeat: int
     fifo_level: int

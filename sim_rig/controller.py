@@ -52,6 +52,7 @@ class Controller:
         self.configuration = Configuration(limits=limits)
         self.fifo, self.store = SetpointFifo(), CaptureStore()
         self.sample_index = self.underruns = self.overruns = 0
+        self.detector = 0  # which one acted first, of rigctl.device.DETECTORS
         self.history: deque[Fault] = deque(maxlen=HISTORY)  # the newest first
         self._control = Control.DISABLE
         self._setpoint, self._previous_m = np.array([at_m, 0.0]), at_m  # what is commanded now, and a sample before
@@ -103,7 +104,7 @@ class Controller:
         if not self.standing and self.at_rest:
             self.state = after_reset(self.state)
             if not self.state.faulted:
-                self.faults = self.first_fault = Fault.NONE
+                self.faults, self.first_fault, self.detector = Fault.NONE, Fault.NONE, 0
                 self._detectors = Detectors(self.configuration.limits, self.rate_hz)
 
     def _settle(self) -> None:
@@ -252,6 +253,7 @@ class Controller:
         self.measured = values[-1]
         self.sample_index += rows.shape[0]
         if trip is not None:
+            self.detector = self.detector or trip.detector
             self.fail(trip.fault)
         return values
 

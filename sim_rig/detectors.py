@@ -8,7 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rigctl.device import Fault
+from rigctl.device import DETECTORS as NAMES
+from rigctl.device import SENSORS, Fault
 from rigctl.interlocks import first_trip
 from rigctl.limits import Limits
 from sim_rig.sensors import RANGE
@@ -24,7 +25,7 @@ class Detector:
 
 
 DETECTORS: Final = (
-    Detector(name="sensor out of range", fault=Fault.SENSOR, delay_s=0.003),
+    *(Detector(name=f"{sensor} sensor out of range", fault=Fault.SENSOR, delay_s=0.003) for sensor in SENSORS),
     Detector(name="force sensor stuck", fault=Fault.SENSOR, delay_s=0.05),
     Detector(name="displacement sensor stuck", fault=Fault.SENSOR, delay_s=0.05),
     Detector(name="current sensor stuck", fault=Fault.SENSOR, delay_s=0.1),
@@ -46,6 +47,7 @@ class Trip:
     """The first sample at which a detector acts."""
 
     fault: Fault
+    detector: int  # of rigctl.device.DETECTORS
     sample: int
 
 
@@ -83,7 +85,7 @@ class Detectors:
             sample, now = first_trip(violated, before, needed)
             lasting.append(now)
             if sample is not None and (trip is None or sample < trip.sample):
-                trip = Trip(fault=detector.fault, sample=sample)
+                trip = Trip(fault=detector.fault, detector=NAMES.index(detector.name), sample=sample)
         if trip is None:
             self._lasting, self._last = lasting, values[-1].copy()
         return trip
@@ -99,7 +101,7 @@ class Detectors:
         velocity = np.abs(np.diff(x, prepend=first)) * self._rate_hz
         beyond = (x > limits.position_max_m + OVERTRAVEL_M) | (x < limits.position_min_m - OVERTRAVEL_M)
         return [
-            false.any(axis=1),
+            *(false[:, k] for k in range(4)),
             *(stuck[:, k] for k in range(4)),
             beyond & ~false[:, 1],
             (velocity > 1.1 * limits.velocity_m_s) & ~false[:, 1],

@@ -24,7 +24,7 @@ class FaultRow:
     reads: str  # in the error that the operator reads; empty where there is none
 
 
-def _stops(name: str, order: str, happens: str, fault: Fault, within_s: float) -> FaultRow:
+def _stops(name: str, order: str, happens: str, fault: Fault, within_s: float, which: str = "") -> FaultRow:
     """Describe a fault that the rig finds itself: it stops, and the host reads why."""
     return FaultRow(
         name=name,
@@ -33,7 +33,7 @@ def _stops(name: str, order: str, happens: str, fault: Fault, within_s: float) -
         state=RigState.FAULT_DISABLED,
         within_s=within_s,
         file=ABORTED,
-        reads=FAULT_TEXT[fault],
+        reads=FAULT_TEXT[fault] + which,
     )
 
 
@@ -51,6 +51,7 @@ def _sensors(kind: str, name: str, how: str, within_s: dict[str, float]) -> tupl
             f"the {sensor} channel {how}; the rig decelerates to hold",
             Fault.SENSOR,
             seconds,
+            f" ({sensor} sensor {'stuck' if kind == 'stuck' else 'out of range'})",
         )
         for sensor, seconds in within_s.items()
     )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
+from rigctl.device import SENSORS
 from sim_rig.errors import FaultError
 
 
@@ -31,7 +32,6 @@ class FaultKind(StrEnum):
     SENSOR_BROKEN = "sensor_broken"
 
 
-SENSORS: Final = ("force", "displacement", "current", "temperature")
 FRAMES: Final = frozenset(
     {FaultKind.LOST, FaultKind.DELAYED, FaultKind.DOUBLED, FaultKind.REORDERED, FaultKind.CORRUPTED}
 )

@@ -9,7 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_rig.faults import OF_SENSOR, SENSORS, FaultKind, FaultOrder, Faults
+from rigctl.device import SENSORS
+from sim_rig.faults import OF_SENSOR, FaultKind, FaultOrder, Faults
 from sim_rig.plant import SimulatedPlant
 from sim_rig.sensors import LIVE_ZERO, RANGE
 

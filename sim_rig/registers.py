@@ -106,6 +106,7 @@ class RegisterDevice:
                 "heartbeat": status.heartbeat,
                 "command_acknowledged": self._acknowledged,
                 "command_refused": self._refused_command,
+                "detector": status.detector,
                 "standing": int(self._rig.controller.standing),
             }
         )

@@ -111,6 +111,7 @@ class SimulatedRig:
             state=controller.state,
             faults=controller.faults,
             first_fault=controller.first_fault,
+            detector=controller.detector,
             run_id=controller.fifo.run_id,
             heartbeat=self.heartbeat,
             fifo_level=controller.fifo.level,
