@@ -77,7 +77,7 @@ def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory,
         )
         b0, b1 = branch(mount, f2_start, gh)
         w, stiff, f_u, slope, ok = solve(
-            program, mount, xs, vs, inputs, e0, gh, h * part, b0, b1, state, memory, work, quick
+            program, mount, xs, vs, inputs, e0, gh, h * part, b0, b1, state, memory, work, quick, wanted
         )
         converged = converged and ok
         rate = vs - w

@@ -62,7 +62,7 @@ def rigid(codes, offsets, p, column, dt, inputs, du, eps, force, jac, space):
             for k in range(n_el):
                 code = codes[k]
                 if is_memory(code):
-                    memory[k] = advance(code, p, offsets[k], memory[k], x[i - 1], z, v[i - 1], w, dt, out, tmp)
+                    memory[k] = advance(code, p, offsets[k], memory[k], x[i - 1], z, v[i - 1], w, dt, wanted, out, tmp)
                     if wanted:
                         first = own(code, offsets[k])
                         for j in range(sens.shape[1]):

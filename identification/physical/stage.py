@@ -26,7 +26,7 @@ from identification.physical.mount import (
 
 
 @inlined
-def _trial(program, z, w, s, h, inputs, state, memory, work):
+def _trial(program, z, w, s, h, inputs, state, memory, work, wanted):
     """Core force at a trial state, memories carried there from the last step; adds their share to ∂f/∂z."""
     codes, offsets, p, modified, remembers, rare = (
         program[0],
@@ -41,7 +41,9 @@ def _trial(program, z, w, s, h, inputs, state, memory, work):
     if remembers:
         for k in range(codes.size):
             if is_memory(codes[k]):
-                trial[k] = advance(codes[k], p, offsets[k], memory[k], state[1], z, state[2], w, h, parts[k], tmp)
+                trial[k] = advance(
+                    codes[k], p, offsets[k], memory[k], state[1], z, state[2], w, h, wanted, parts[k], tmp
+                )
     f, f_z, f_w, f_u, jump = core_force(
         codes, offsets, p, z, w, s, u, temperature, a, v_m, trial, dp, dm, modified, rare
     )
@@ -53,7 +55,7 @@ def _trial(program, z, w, s, h, inputs, state, memory, work):
 
 
 @inlined
-def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, state, memory, work, quick):
+def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, state, memory, work, quick, wanted):
     """Velocity of the core at one implicit stage.
 
     `inputs` are u, temperature, a and v_m; `b0 + b1·de/dt` is the force of the mount's relaxing branch.
@@ -65,7 +67,7 @@ def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, state, memory, work, 
     low, high, side = -np.inf, np.inf, 0.0
     w, stiff, f_u, slope, done, ready = guess, 0.0, 0.0, 0.0, False, False
     if program[6]:  # dry friction: does it hold the core at rest?
-        f, _, _, f_u, jump = _trial(program, x - e0 - gh * v, 0.0, 0.0, h, inputs, state, memory, work)
+        f, _, _, f_u, jump = _trial(program, x - e0 - gh * v, 0.0, 0.0, h, inputs, state, memory, work, wanted)
         phi, _, _, _, _, _ = contact(km, cm, gap, e0 + gh * v, v)
         phi += b0 + b1 * v
         side = -1.0 if f > phi else 1.0
@@ -83,12 +85,14 @@ def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, state, memory, work, 
         iterations += 1
         rate = v - w
         s = side if side != 0.0 else (1.0 if w > 0 else -1.0)
-        f, f_z, f_w, f_u, _ = _trial(program, x - e0 - gh * rate, w, s, h, inputs, state, memory, work)
+        f, f_z, f_w, f_u, _ = _trial(
+            program, x - e0 - gh * rate, w, s, h, inputs, state, memory, work, wanted and ready
+        )
         phi, phi_e, phi_r, _, _, _ = contact(km, cm, gap, e0 + gh * rate, rate)
         residual = f - phi - (b0 + b1 * rate)
         stiff = f_z + phi_e
         slope = f_w + gh * stiff + phi_r + b1
-        if ready or residual == 0.0:
+        if ready or (residual == 0.0 and not wanted):
             done = True
         else:
             if residual < 0.0:
