@@ -48,6 +48,7 @@ class Record:
     tones_hz: tuple[float, ...] = ()
     notes: tuple[str, ...] = field(default=())
     kind: str = "custom"
+    simulated: Floats | None = None  # (N,), N: what another program simulates, to which a model adds
 
     @property
     def dt(self) -> float:
@@ -77,14 +78,33 @@ def compact(record: Record, foreign: Floats | None = None) -> Record:
     temperature[start:] = float(np.mean(motion.temperature[record.window]))
     temperature[:start] = temperature[-1]
     mean = force[record.window].reshape(count, period).mean(axis=0)
+    simulated = record.simulated
+    if simulated is not None:
+        repeated = simulated[record.window].reshape(count, period).mean(axis=0)
+        simulated = np.concatenate([simulated[:start], repeated])
     floor = _REPEATABLE_FLOOR * float(np.sqrt(np.mean(mean**2)))
     return replace(
         record,
         motion=replace(head, t=time, temperature=temperature),
         force=np.concatenate([force[:start], mean]),
         window=slice(start, start + period),
+        simulated=simulated,
         sigma=float(np.hypot(record.sigma / np.sqrt(count), floor)),
     )
+
+
+def on_top_of_simulation(record: Record, run: Run) -> Record:
+    """The record with the force that another program simulated for it, the channel `force_simulated`.
+
+    Raises DataError when the run has no such channel.
+    """
+    simulated = run.channels.get("force_simulated")
+    if simulated is None:
+        raise DataError(
+            f"{record.name}: no channel 'force_simulated': write the force of your own simulation into it, N, "
+            "or give a model file"
+        )
+    return replace(record, simulated=simulated[: record.force.size].copy())
 
 
 def record_from_run(run: Run) -> Record:

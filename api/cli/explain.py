@@ -13,11 +13,17 @@ __all__ = ["explain", "in_words"]
 
 def explain(
     model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="The simulation as it is today.")],
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="Measured runs of one specimen.")],
+    runs: Annotated[
+        list[Path] | None, typer.Argument(metavar="RUN.h5 ...", help="Measured runs of one specimen.")
+    ] = None,
+    *,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the report.")],
     held_out: Annotated[
         list[Path] | None, typer.Option(metavar="RUN.h5", help="Runs that no fit may see; can be repeated.")
     ] = None,
+    simulated: Annotated[
+        bool, typer.Option("--simulated", help="No MODEL.json: the runs hold your simulation, channel force_simulated.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
     """Find where simulation and measurement disagree, name the missing effect, add it, show the gap shrink.
@@ -30,8 +36,11 @@ def explain(
     from identification.physical.modelfile import read_model
     from rigctl.runfile import read_run
 
-    base = read_model(model)
-    measured = [read_run(path) for path in runs]
+    paths = [model, *(runs or [])] if simulated else runs or []
+    if not paths:
+        raise typer.BadParameter("give at least one measured run", param_hint="RUN.h5 ...")
+    base = None if simulated else read_model(model)
+    measured = [read_run(path) for path in paths]
     kept = [read_run(path) for path in held_out or []]
     with progress_bar("explaining") as tell:
         found = explain_gap(base, measured, kept or None, on_progress=lambda text, done: tell(done, text))

@@ -140,18 +140,25 @@ def admissible(model: Model, records: Sequence[Record], scales: Scales) -> list[
     """Names that might be added to `model` and that these records could show at all.
 
     Left out: what the model has, what acts on a current or a temperature that does not vary, and an offset beside
-    a free F2, which is the same thing. Mains hum has a search of its own, in the time between the lines.
+    a free F2, which is the same thing; on top of a foreign simulation all that changes its inside. Mains hum has a
+    search of its own, in the time between the lines.
     """
     names = []
+    foreign = any(r.simulated is not None for r in records)  # whose inside nobody can reach
     current = any(r.has_current for r in records) and scales.current_high > scales.current_low
     for name, spec in CATALOGUE.items():
-        taken = model.has(name) or name == "mains_hum"
+        taken = name == "mains_hum" or any(e.name == name and not _idle(e) for e in model.elements)
         blind = spec.needs_current and not (current and (name == "valve_damping" or model.needs_current))
         cold = name == "temperature_fade" and not _temperature_varies(records)
         offset = name == "force_offset" and _free_offset(model)
-        if spec.nameable and not (taken or blind or cold or offset):
+        out_of_reach = foreign and (spec.path in ("mount", "control") or spec.modifier or name == "force_delay")
+        if spec.nameable and not (taken or blind or cold or offset or out_of_reach):
             names.append(name)
     return names
+
+
+def _idle(e: Element) -> bool:
+    return all(p.fixed and p.value == 0.0 for p in e.parameters)
 
 
 def _temperature_varies(records: Sequence[Record]) -> bool:

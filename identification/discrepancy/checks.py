@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.errors import DataError
 from identification.fitting.leastsquares import predict
@@ -12,7 +13,9 @@ from identification.physical.model import Model
 from identification.record import Record
 from rigctl.runfile import Run
 
-_AGAINST = -0.3  # correlation of force and velocity at which a damper would be driving the rig
+Floats = NDArray[np.float64]
+
+_OPPOSED = 0.3  # correlation of force and velocity beyond which a specimen clearly absorbs or gives energy
 
 
 def check_runs(runs: Sequence[Run]) -> None:
@@ -28,12 +31,14 @@ def check_runs(runs: Sequence[Run]) -> None:
         if run.run_id in seen:
             raise DataError(f"{_label(run)} is the same run as {seen[run.run_id]}: give each run once")
         seen[run.run_id] = _label(run)
-    for run in runs:
-        if _work(run) < _AGAINST:
-            raise DataError(
-                f"{_label(run)}: force works with the motion, not against the damper (correlation {_work(run):.2f}): "
-                "the sign of force or displacement is reversed; extension and tension are positive"
-            )
+    work = {_label(run): _work(run) for run in runs}
+    against = {label: w for label, w in work.items() if w < -_OPPOSED}
+    if against and any(w > _OPPOSED for w in work.values()):
+        label, w = min(against.items(), key=lambda item: item[1])
+        raise DataError(
+            f"{label}: force works with the motion (correlation {w:.2f}), in other runs against it: "
+            "the sign of force or displacement is reversed in one of them; extension and tension are positive"
+        )
 
 
 def _work(run: Run) -> float:
@@ -41,10 +46,7 @@ def _work(run: Run) -> float:
     x, force = run.channels.get("displacement"), run.channels.get("force")
     if x is None or force is None or x.size < 3:
         return 0.0
-    v = np.gradient(x)
-    v, f = v - v.mean(), force - force.mean()
-    scale = float(np.linalg.norm(v) * np.linalg.norm(f))
-    return float(v @ f) / scale if scale > 0.0 else 0.0
+    return _correlation(np.gradient(x), force)
 
 
 def check_model(model: Model, records: Sequence[Record]) -> None:
@@ -55,7 +57,20 @@ def check_model(model: Model, records: Sequence[Record]) -> None:
             raise DataError(
                 f"{r.name} has no control current, which '{needs}' of the model needs: record it or leave it out"
             )
-        predict(model, r)
+        simulated = predict(model, r)[0]
+        velocity = r.motion.v[r.window]
+        measured, expected = (_correlation(velocity, f) for f in (r.measured, simulated))
+        if measured < -_OPPOSED and expected > _OPPOSED:
+            raise DataError(
+                f"{r.name}: the measured force works with the motion (correlation {measured:.2f}), the simulated one "
+                "against it: the sign of force or displacement is reversed; extension and tension are positive"
+            )
+
+
+def _correlation(v: Floats, f: Floats) -> float:
+    v, f = v - v.mean(), f - f.mean()
+    scale = float(np.linalg.norm(v) * np.linalg.norm(f))
+    return float(v @ f) / scale if scale > 0.0 else 0.0
 
 
 def _label(run: Run) -> str:

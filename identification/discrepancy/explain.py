@@ -34,8 +34,8 @@ from identification.discrepancy.nexttest import propose
 from identification.discrepancy.where import Region, locate
 from identification.fitting.leastsquares import Fit, fit_records, predict
 from identification.physical.elements import CATALOGUE
-from identification.physical.model import Element, Model
-from identification.record import Record, compact, noise_without, record_from_run, same_load_cell
+from identification.physical.model import Element, Model, element
+from identification.record import Record, compact, noise_without, on_top_of_simulation, record_from_run, same_load_cell
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -47,7 +47,7 @@ _NEAR_FLOOR = 0.35  # an excess below this share of the noise can't be told from
 
 
 def explain(
-    model: Model,
+    model: Model | None,
     runs: Sequence[Run],
     held_out: Sequence[Run] | None = None,
     *,
@@ -57,7 +57,8 @@ def explain(
 
     Parameters
     ----------
-    model : the simulation as it is today; its parameters may be off
+    model : the simulation as it is today; its parameters may be off. None: it is the channel `force_simulated` of
+        every run, from any program; then effects on the core and sensor paths are named on top of it
     runs : measured on one specimen
     held_out : runs that no fit may see; without them some of `runs` are kept back
 
@@ -72,6 +73,9 @@ def explain(
     say("preparing the runs", 0.0)
     check_runs([*runs, *(held_out or ())])
     records = same_load_cell([record_from_run(r) for r in (*runs, *(held_out or ()))])
+    if model is None:
+        records = [on_top_of_simulation(r, q) for r, q in zip(records, (*runs, *(held_out or ())), strict=True)]
+        model = Model(name="the given simulation", elements=(element("viscous_damping", {"c": 0.0}, fixed=("c",)),))
     train, held = (records[: len(runs)], records[len(runs) :]) if held_out else keep_back(records)
     check_model(model, [*train, *held])
     say("fitting the model as given", 0.05)
@@ -265,6 +269,10 @@ def _notes(train: Sequence[Record], held: Sequence[Record]) -> list[str]:
     notes = [f"{r.name}: {r.route}" for r in train] + [f"{r.name} (held out): {r.route}" for r in held]
     notes += [f"{r.name}: {note}" for r in (*train, *held) for note in r.notes]
     every = [*train, *held]
+    if any(r.simulated is not None for r in every):
+        notes.append(
+            "on top of a foreign simulation: effects inside it (mount, control path, modifiers) are out of reach"
+        )
     if not any(r.has_current for r in every):
         notes.append("no run has a control current: effects on the control path could not have shown")
     if not any(r.has_temperature for r in every):

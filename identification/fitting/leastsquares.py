@@ -58,8 +58,9 @@ class Evaluation:
 def predict(model: Model, record: Record, *, gradient: bool = False) -> tuple[Floats, Floats | None]:
     """Simulated force in the record's window, (M,), N, and, where asked, its gradient (M, P).
 
-    Mains hum has a phase of its own in every run: it is set to the one that fits this record best. So is what the
-    current before the run left in a magnetic circuit with hysteresis.
+    A model on top of another program's simulation adds to that. Mains hum has a phase of its own in every run: it is
+    set to the one that fits this record best. So is what the current before the run left in a magnetic circuit with
+    hysteresis.
     """
     if model.has("mains_hum"):
         model = in_phase(model, record)
@@ -68,7 +69,10 @@ def predict(model: Model, record: Record, *, gradient: bool = False) -> tuple[Fl
         motion = _as_left(model, record)
     response = simulate(model, motion, gradient=gradient)
     full = response.gradient
-    return response.force[record.window], None if full is None else full[record.window]
+    force = response.force[record.window]
+    if record.simulated is not None:
+        force = force + record.simulated[record.window]
+    return force, None if full is None else full[record.window]
 
 
 def _as_left(model: Model, record: Record) -> Motion:
@@ -80,6 +84,8 @@ def _as_left(model: Model, record: Record) -> Motion:
         return record.motion
     down, up = (simulate(model, m).force[window] for m in (low, high))
     half, rest = 0.5 * (up - down), record.measured - 0.5 * (up + down)
+    if record.simulated is not None:
+        rest = rest - record.simulated[window]
     if not 0.0 < np.max(np.abs(half)) < _RUNAWAY:
         return record.motion
     share = float(np.dot(rest, half) / np.dot(half, half))
@@ -89,6 +95,8 @@ def _as_left(model: Model, record: Record) -> Motion:
 def in_phase(model: Model, record: Record) -> Model:
     """The model with the phase of its mains hum as it is in `record`."""
     rest = record.force - simulate(without_hum(model), record.motion).force
+    if record.simulated is not None:
+        rest = rest - record.simulated
     elements = [Element(e.name, _turned(e, rest, record)) if e.spec.code == Code.HUM else e for e in model.elements]
     return replace(model, elements=tuple(elements))
 

@@ -18,6 +18,7 @@ from identification.physical.model import Model, element
 from identification.physical.modelfile import read_model
 from identification.record import record_from_run
 from identification.simulation import simulate_run
+from rigctl.runfile import with_channel
 from tests.identification.specimens import campaign, run
 
 BASE = Model(
@@ -45,6 +46,25 @@ def test_a_hidden_effect_is_named_and_the_gap_closes_on_runs_no_fit_has_seen(eff
     assert found.held_out.closed is not None
     assert found.held_out.closed > 0.9
     assert found.effects[0].confidence > 0.5
+
+
+def test_an_effect_is_named_on_top_of_a_simulation_of_any_other_program() -> None:
+    theirs = fit(BASE, campaign("none", seed=3)[0]).model
+    train, held = (
+        [with_channel(r, "force_simulated", simulate_run(theirs, r), "N") for r in runs]
+        for runs in campaign("linear_stiffness", seed=3)
+    )
+    found = explain(None, train, held)
+    assert [f.element for f in found.effects] == ["linear_stiffness"]
+    assert found.held_out.closed is not None
+    assert found.held_out.closed > 0.9
+    assert any("out of reach" in note for note in found.notes)
+
+
+def test_a_run_without_the_simulation_that_is_asked_for_is_refused() -> None:
+    train, _ = campaign("none", seed=3)
+    with pytest.raises(DataError, match="no channel 'force_simulated'"):
+        explain(None, train)
 
 
 def test_nothing_hidden_is_no_discrepancy() -> None:
