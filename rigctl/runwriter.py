@@ -28,6 +28,8 @@ from rigctl.runfile import (
 PART_SUFFIX = ".part"
 BLOCK_SAMPLES = 500
 FLUSH_INTERVAL_S = 0.2
+CHUNK_SAMPLES = 4096
+CACHE_BYTES = 2 * 8 * CHUNK_SAMPLES  # of each channel: what is written is not read again, and memory stays flat
 SYNC_S = 30.0
 
 
@@ -77,7 +79,7 @@ class RunWriter:
         # Laid out under another name: who sees the part, or is interrupted before it is there, sees no half-made file.
         unborn = self.part.with_name(f".{self.part.name}.{os.getpid()}.new")
         try:
-            self._file = h5py.File(unborn, "w", libver=("v110", "v110"))
+            self._file = h5py.File(unborn, "w", libver=("v110", "v110"), rdcc_nbytes=CACHE_BYTES)
         except OSError as error:
             raise RunFileError(f"{self.path}: cannot be created ({error})") from error
         try:
@@ -184,7 +186,7 @@ def _lay_out(file: h5py.File, template: Run) -> dict[str, h5py.Dataset]:
     file.attrs["samples"], file.attrs["status"] = 0, "truncated"
     channels = {}
     for name in template.channels:
-        channels[name] = file.create_dataset(f"channels/{name}", (0,), "f8", maxshape=(None,), chunks=(4096,))
+        channels[name] = file.create_dataset(f"channels/{name}", (0,), "f8", maxshape=(None,), chunks=(CHUNK_SAMPLES,))
         write_unit(channels[name], template.units[name])
     file.create_dataset("events/time", (0,), "f8", maxshape=(None,), chunks=(64,)).attrs["unit"] = "s"
     file.create_dataset("events/text", (0,), f"S{EVENT_BYTES}", maxshape=(None,), chunks=(64,))

@@ -318,3 +318,32 @@ def test_an_orphan_that_cannot_be_read_is_reported_and_kept(tmp_path: Path) -> N
     assert (tmp_path / "bad.h5.part").exists()
     with pytest.raises(RunFileError, match="no such directory"):
         recover_directory(tmp_path / "absent")
+
+
+def test_a_long_capture_takes_no_more_memory_than_a_short_one(tmp_path: Path) -> None:
+    """In a process of its own, whose memory nobody else uses: after a warm-up it must not grow with the samples."""
+    if not Path("/proc/self/statm").exists():
+        pytest.skip("this system does not tell how much memory a process has")
+    code = """
+import sys
+import numpy as np
+from pathlib import Path
+from dataclasses import replace
+from rigctl.runfile import Run
+from rigctl.runwriter import RunWriter
+pages = lambda: int(Path("/proc/self/statm").read_text().split()[1])
+units = {"force": "N", "displacement": "m", "temperature": "degC", "pressure": "Pa"}
+template = Run(run_id="x", created="2026-01-01T00:00:00+00:00", specimen="", sample_rate_hz=1000.0, period_samples=0,
+    excitation_kind="sine", status="truncated", channels={name: np.empty(0) for name in units}, units=units)
+writer = RunWriter(Path(sys.argv[1]), template, flush_interval_s=0.0)
+for k in range(600):
+    writer.append({name: np.full(1000, float(k)) for name in units})
+    if k == 99:
+        before = pages()
+print(4096 * (pages() - before))
+writer.close("complete")
+"""
+    said = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "long.h5")], capture_output=True, text=True, check=True
+    )
+    assert int(said.stdout) < 4e6, "16 MB of samples were written meanwhile"
