@@ -22,7 +22,7 @@ from rigctl.loopback_can import LoopbackBus
 from rigctl.registers import check_identity, identity_from, status_from
 from rigctl.transport import HEARTBEATS, SEQUENCES, CaptureBlock, Identity, Reply, SetpointBlock, Status
 
-FD_FRAMES = 16  # of set-points that are sent before the rig is asked what it has
+FD_FRAMES = 48  # of set-points that are sent before the rig is asked what it has: a busy computer takes its time
 FULL_S = 0.1  # for a full queue of the driver
 BACK_OFF_S = 0.001
 SLICE_S = 0.02  # of waiting for one frame

@@ -23,6 +23,8 @@ from rigctl.waveform import Waveform, with_ramps
 
 __all__ = ["PlayerSettings", "connect", "file_stem", "play"]
 
+PREFILL_S = 0.5  # what lies ready before the rig starts, where half the FIFO holds it
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlayerSettings:
@@ -224,9 +226,10 @@ class _Player:
         limits = identity.limits
         if self.settings.limits is not None:
             limits = tighter(limits, self.settings.limits)
+        rate = self.test.excitation.sample_rate_hz
         return Configuration(
-            sample_rate_hz=self.test.excitation.sample_rate_hz,
-            prefill_samples=identity.fifo_samples // 4,
+            sample_rate_hz=rate,
+            prefill_samples=min(max(identity.fifo_samples // 4, round(PREFILL_S * rate)), identity.fifo_samples // 2),
             low_water_samples=identity.fifo_samples // 4,
             high_water_samples=identity.fifo_samples * 3 // 4,
             limits=limits,
