@@ -75,7 +75,7 @@ def play(
     Raises
     ------
     LimitError, GateError, IdentityError
-        Nothing has moved and there is no file.
+        Nothing has moved and there is no file; but a hold whose interlock never came back is a GateError with one.
     InterlockTripped
         An interlock of the host ended the test: the file is ``aborted``.
     RigFault
