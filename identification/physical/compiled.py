@@ -24,6 +24,11 @@ def inlined(function: Callable[..., Any]) -> Any:
     return _stamped(njit(forceinline=True, **_OPTIONS)(function))
 
 
+def pasted(function: Callable[..., Any]) -> Any:
+    """Put a function into its only caller before that is compiled: it costs no compilation of its own."""
+    return _stamped(njit(inline="always", **_OPTIONS)(function))
+
+
 def _stamped(dispatcher: Any) -> Any:
     """numba looks only at the file of the function itself; what it calls lives in other files of the same set."""
     cache: Any = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)

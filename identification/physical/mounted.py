@@ -17,7 +17,7 @@ computed rather than of what was meant.
 
 from __future__ import annotations
 
-from identification.physical.compiled import compiled, inlined
+from identification.physical.compiled import compiled, inlined, pasted
 from identification.physical.core import has_rare
 from identification.physical.elements import Code
 from identification.physical.memory import is_memory, steady
@@ -45,7 +45,7 @@ def _keep(memory, sens, de, state, to_memory, to_sens, to_de, to_state):
     _copy(to_state, state)
 
 
-@inlined
+@pasted
 def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory, du, sens, de, work, grads, wanted):
     """One SDIRK2 step from (sub)/substeps to (sub + 1)/substeps of sample interval i; returns whether it converged.
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.physical.compiled import compiled, inlined
+from identification.physical.compiled import compiled, inlined, pasted
 from identification.physical.core import core_force
 from identification.physical.memory import advance, is_memory, own, own_count
 from identification.physical.mount import (
@@ -54,7 +54,7 @@ def _trial(program, z, w, s, h, inputs, state, memory, work, wanted):
     return f, f_z, f_w, f_u, jump
 
 
-@inlined
+@pasted
 def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, state, memory, work, quick, wanted):
     """Velocity of the core at one implicit stage.
 
@@ -112,7 +112,7 @@ def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, state, memory, work, 
     return w, stiff, f_u, slope, done or ready
 
 
-@inlined
+@pasted
 def rate_sensitivity(
     program, mount, mount_column, e, rate, u, stiff, f_u, slope, de, de_base, f2, f2_base, gh, du, i, q, sens, work, out
 ):  # fmt: skip
