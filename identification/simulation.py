@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import DataError
-from identification.physical.model import Model
+from identification.physical.model import Model, is_controlled
 from identification.physical.simulate import simulate
 from identification.record import motion_of
 from rigctl.runfile import Run
@@ -24,7 +24,7 @@ def simulate_run(model: Model, run: Run) -> NDArray[np.float64]:
     if "displacement" not in run.channels:
         raise DataError(f"{name}: no channel 'displacement': the model is driven by the measured displacement")
     if model.needs_current and "current" not in run.channels:
-        needs = next((e.name for e in model.elements if e.spec.needs_current), model.name)
+        needs = next(e.name for e in model.elements if e.spec.needs_current or is_controlled(e))
         raise DataError(f"{name} has no control current, which '{needs}' needs: record it or leave it out")
     motion, samples = motion_of(run), run.samples
     force = simulate(model, motion).force

@@ -8,8 +8,9 @@ import numpy as np
 
 from identification.errors import DataError
 from identification.fitting.leastsquares import free_parameters
-from identification.physical.model import Model
+from identification.physical.model import Model, is_controlled
 from identification.record import Record
+from rigctl.runfile import Run
 
 _OF_A_SINE = 8  # parameters: two of the first harmonic, and what its few upper harmonics still tell apart
 _SAME = 0.05  # two sines closer than this in frequency, amplitude and current are one condition
@@ -17,11 +18,7 @@ _PURE = 0.9  # share of the displacement's power in one line
 
 
 def admit(model: Model, records: Sequence[Record]) -> None:
-    """Raise DataError, one line that names the model's element, the run or the count, where a fit would be in vain."""
-    for r in records:
-        needs = [e.name for e in model.elements if e.spec.needs_current]
-        if needs and not r.has_current:
-            raise DataError(f"{r.name} has no control current, which '{needs[0]}' needs: record it or leave it out")
+    """Raise DataError, one line that names the parameters and their count, where a fit would be in vain."""
     free = free_parameters(model, records)
     if not free.any():
         raise DataError(f"'{model.name}' has no free parameter: set \"fixed\" to false where the fit may move")
@@ -33,6 +30,18 @@ def admit(model: Model, records: Sequence[Record]) -> None:
             f"{int(free.sum())} free parameters ({named}) on {conditions} sine{'s' * (conditions > 1)}: one sine tells "
             f"at most {_OF_A_SINE} apart; add tests of other amplitudes, frequencies or currents, or fix some of them"
         )
+
+
+def check_inputs(model: Model, runs: Sequence[Run]) -> None:
+    """Raise DataError, one line that names the run and the element, where a run cannot drive the model.
+
+    A run at zero current has one; a run without the channel has none.
+    """
+    users = [e for e in model.elements if e.spec.needs_current or is_controlled(e)]
+    for run in runs:
+        if users and "current" not in run.channels:
+            name = run.path.name if run.path is not None else run.run_id
+            raise DataError(f"{name} has no control current, which '{users[0].name}' needs: record it or leave it out")
 
 
 def _sine(record: Record) -> tuple[float, float, float] | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from identification.errors import DataError
-from identification.fitting.admission import admit
+from identification.fitting.admission import admit, check_inputs
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.multistart import fit_from_many
 from identification.physical.model import Model
@@ -39,6 +39,7 @@ def fit(
         raise DataError(f"starts is {starts}: it must be 1 or more")
     if robust is not None and not robust > 0.0:
         raise DataError(f"robust is {robust:g}: it must be above 0 noise deviations")
+    check_inputs(model, runs)
     records = [record_from_run(r) for r in runs]
     admit(model, records)
     if starts > 1:

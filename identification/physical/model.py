@@ -111,7 +111,7 @@ class Model:
     @property
     def needs_current(self) -> bool:
         """Whether the force depends on the control current."""
-        return any(e.spec.needs_current or _controlled(e) for e in self.elements)
+        return any(e.spec.needs_current or is_controlled(e) for e in self.elements)
 
     def with_element(self, new: Element) -> Model:
         """The model with one more element."""
@@ -166,6 +166,7 @@ class Model:
         return replace(self, elements=tuple(elements))
 
 
-def _controlled(e: Element) -> bool:
+def is_controlled(e: Element) -> bool:
+    """Whether a gain of the element on the current is not zero."""
     gains = CONTROL_GAINS
     return any(e.value(p.name) != 0.0 for p in e.spec.parameters if p.name in gains)

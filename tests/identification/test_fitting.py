@@ -158,6 +158,17 @@ def test_a_run_without_the_current_that_a_gain_needs_is_refused() -> None:
         fit(lagged, [passive])
 
 
+def test_a_run_at_zero_current_has_one_and_a_gain_needs_the_channel() -> None:
+    measured = sine_run()
+    zero = replace(measured, channels={**measured.channels, "current": np.zeros(measured.samples)})
+    lagged = TRUE.with_element(element("control_lag", {"tau": 0.01}))
+    assert fit(lagged, [zero]).rms > 0
+    passive = replace(measured, channels={k: v for k, v in measured.channels.items() if k != "current"})
+    gain = Model(name="m", elements=(element("viscous_damping", {"c": 900.0, "c_control": 50.0}),))
+    with pytest.raises(DataError, match="has no control current, which 'viscous_damping' needs"):
+        fit(gain, [passive])
+
+
 def test_a_search_that_ends_early_is_a_result_with_its_reason() -> None:
     found = fit_records(TRUE.with_values(TRUE.values() * 1.5), [recorded(TRUE)], max_iterations=1)
     assert not found.converged
