@@ -36,7 +36,8 @@ _FULFILS = 0.5  # of its promise: a sprint that closes less has stuck
 _RIVALS = 0.6  # of the promise of the name that is in place: less can't replace it
 _FIT_ITERATIONS = 14
 _AT_NOISE = 0.02  # excess over noise energy at which no other start need be tried
-_TRADE = 60.0  # contribution over closed energy beyond which an element mostly re-describes the base
+_ALIKE = 0.05  # share of what an element closes by which its form may miss: two that differ by less are alike
+_MISSES = 0.3  # or this share of what the best of them leaves, where no form fits well
 _OPTIONAL = {
     ("series_compliance", "c"),
     ("tanh_hysteresis", "delta"),
@@ -273,11 +274,12 @@ def choose(found: Sequence[Trial]) -> Trial | None:
 
 
 def tolerance(trial: Trial) -> float:
-    """Whitened energy that the form of an element may be wrong by.
+    """Whitened energy by which a simpler form may fit worse and still be the better name.
 
-    A share of its own contribution; of an element that mostly trades places with the base, only what it changed counts.
+    A share of what the element closes, not of its whole force: most of that may only trade places with the base.
     """
-    return FORM_TOLERANCE**2 * min(trial.contribution, _TRADE * trial.closed)
+    form = _ALIKE**2 * min(trial.contribution, trial.closed)
+    return max(form, _MISSES * max(trial.excess, 0.0))
 
 
 def complexity(trial: Trial) -> float:

@@ -48,11 +48,12 @@ def modify(codes, offsets, p, z, temperature, memory, diss, dp, dm):
             dp[o] = -(temperature - p[o + 1])
             dp[o + 1] = p[o]
         elif code == _REVERSAL:  # 1 − exp(−s/length), s the travel since the last reversal
-            e = np.exp(-memory[k] / p[o])
+            far = memory[k] / p[o]  # before the first reversal beyond all bounds
+            e = np.exp(-far)
             m = max(1.0 - e, 1e-12)
             factor *= m
             factor_z *= m
-            dp[o] = -memory[k] / (p[o] * p[o]) * e / m
+            dp[o] = -(far * e) / p[o] / m
             dm[k] = e / p[o] / m
     for k in range(codes.size):
         code, o = codes[k], offsets[k]

@@ -88,6 +88,14 @@ def test_the_gradient_is_that_of_the_force(extra: Element, mounted: bool) -> Non
     assert gradient_error(Model(name="m", elements=elements), motion()) < 1e-5
 
 
+@pytest.mark.parametrize("length", [1e-7, 1e-5, 1e-3, 1e-1])
+def test_a_lag_after_reversal_has_a_finite_gradient_from_the_first_sample(length: float) -> None:
+    model = Model(name="m", elements=(*BASE, element("reversal_force_lag", {"length": length})))
+    gradient = simulate(model, motion(), gradient=True).gradient
+    assert gradient is not None
+    assert np.all(np.isfinite(gradient))
+
+
 def test_a_stiff_maxwell_element_meets_a_tight_implicit_reference() -> None:
     f1, s, d, k = 8000.0, 60.0, 9000.0, 6.15e6
     inputs = motion(0.5, 0.01)
