@@ -45,7 +45,8 @@ def test_the_demo_names_the_hidden_effect_and_leaves_two_reports_and_no_process(
     begun = time.monotonic()
     out = tmp_path / "out"
     with subprocess.Popen(
-        [*COMMAND, "-o", str(out), "--effect", "damping_asymmetry", "--seed", "6", "--json"],
+        [*COMMAND, "-o", out.name, "--effect", "damping_asymmetry", "--seed", "6", "--json"],  # a folder of here
+        cwd=tmp_path,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
