@@ -20,6 +20,9 @@ def iterate(
     bandwidth: Annotated[
         float | None, typer.Option(help="Nothing is corrected above, Hz; without it: where the target's motion ends.")
     ] = None,
+    cool_to: Annotated[
+        float | None, typer.Option(help="Before each run wait until the damper is that cool, °C: iterations heat it.")
+    ] = None,
     specimen: Annotated[str, typer.Option(help="What is in the rig: goes into every run file.")] = "",
     operator: Annotated[str, typer.Option(help="Who does it: goes into every run file.")] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print what came of it as JSON.")] = False,
@@ -31,6 +34,7 @@ def iterate(
 
     Example: damper-rig iterate road.h5 --rig modbus://127.0.0.1:5020 -o iterated
     """
+    from dataclasses import replace
     from functools import partial
 
     from api.cli.run import plan_of
@@ -48,7 +52,8 @@ def iterate(
     made: list[dict[str, Any]] = []
     try:
         with progress_display() as display:
-            for test in plan.tests:
+            for asked in plan.tests:
+                test = asked if cool_to is None else replace(asked, max_temperature_degc=cool_to)
                 bar = display.add_task(test.name, total=iterations + 1)
                 one = iterated_by(
                     partial(

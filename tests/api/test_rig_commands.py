@@ -183,6 +183,7 @@ def test_iterate_that_does_not_get_there_ends_with_1_and_keeps_the_best(
 ) -> None:
     with a_sim("modbus://127.0.0.1:0", "--speed", "50") as rig:
         arguments = ["iterate", "road.h5", "--rig", rig, "-o", "out", "--tolerance", "0.0001", "--iterations", "1"]
+        arguments += ["--cool-to", "29"]
         assert main(arguments) == 1
     assert "not converged" in capsys.readouterr().out
     assert (road / "out" / "road.drive.h5").is_file()
