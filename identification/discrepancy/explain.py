@@ -43,6 +43,7 @@ Progress = Callable[[str, float], None]
 
 _UTTER = 0.2  # below this confidence a name is no name
 _AMBIGUOUS = 0.9  # below this confidence the next test is worth its rig time
+_TARED_APART = 0.3  # scatter of the runs' mean residuals over the gap beyond which it deserves a warning
 _NEAR_FLOOR = 0.35  # an excess below this share of the noise can't be told from it run by run
 
 
@@ -175,7 +176,7 @@ def _conclude(
         model=replace(final.model, name=_name(given, names)),
         moves=found.moves,
         traces=tuple(traces),
-        notes=tuple(_notes(train, held)),
+        notes=(*_notes(train, held), *_tared_apart(traces)),
     )
 
 
@@ -265,6 +266,25 @@ def _name(given: Model, names: Sequence[str]) -> str:
     return given.name if not names else f"{given.name} + {', '.join(CATALOGUE[n].title for n in names)}"
 
 
+def _tared_apart(traces: Sequence[Traces]) -> list[str]:
+    """A warning where a share of the gap is a mean force that some runs have and others have not."""
+    rest = [t.record.measured - t.final for t in traces]
+    means = np.array([float(np.mean(e)) for e in rest])
+    gap = float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
+    if len(traces) < 3 or float(np.std(means)) < _TARED_APART * gap:
+        return []
+    low, high = int(np.argmin(means)), int(np.argmax(means))
+    return [
+        f"the mean force differs from run to run: {means[low]:.3g} N left in {traces[low].record.name}, "
+        f"{means[high]:.3g} N in {traces[high].record.name}; was the load cell tared between them?"
+    ]
+
+
+def _one_frequency(records: Sequence[Record]) -> bool:
+    rates = [float(np.std(r.motion.v[r.window]) / max(np.std(r.motion.x[r.window]), 1e-300)) for r in records]
+    return max(rates) < 1.1 * min(rates)
+
+
 def _notes(train: Sequence[Record], held: Sequence[Record]) -> list[str]:
     notes = [f"{r.name}: {r.route}" for r in train] + [f"{r.name} (held out): {r.route}" for r in held]
     notes += [f"{r.name}: {note}" for r in (*train, *held) for note in r.notes]
@@ -277,6 +297,6 @@ def _notes(train: Sequence[Record], held: Sequence[Record]) -> list[str]:
         notes.append("no run has a control current: effects on the control path could not have shown")
     if not any(r.has_temperature for r in every):
         notes.append("no run has a temperature: a fade with temperature could not have shown")
-    if all(r.kind in ("sine", "triangle") for r in every) and len({round(r.bandwidth_hz, 1) for r in every}) == 1:
+    if all(r.kind in ("sine", "triangle") for r in every) and _one_frequency(every):
         notes.append("one frequency only: a stiffness and a moving mass look alike here")
     return notes

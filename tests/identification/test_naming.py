@@ -61,6 +61,15 @@ def test_an_effect_is_named_on_top_of_a_simulation_of_any_other_program() -> Non
     assert any("out of reach" in note for note in found.notes)
 
 
+def test_a_load_cell_that_was_tared_between_the_runs_is_told() -> None:
+    train, held = campaign("none", seed=3)
+    channels = dict(train[0].channels)
+    channels["force"] = channels["force"] + 60.0
+    found = explain(BASE, [replace(train[0], channels=channels), *train[1:]], held)
+    assert any("tared" in note for note in found.notes)
+    assert not any("tared" in note for note in explain(BASE, train, held).notes)
+
+
 def test_a_run_without_the_simulation_that_is_asked_for_is_refused() -> None:
     train, _ = campaign("none", seed=3)
     with pytest.raises(DataError, match="no channel 'force_simulated'"):
