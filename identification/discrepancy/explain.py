@@ -281,7 +281,8 @@ def _tared_apart(traces: Sequence[Traces]) -> list[str]:
 
 
 def _one_frequency(records: Sequence[Record]) -> bool:
-    rates = [float(np.std(r.motion.v[r.window]) / max(np.std(r.motion.x[r.window]), 1e-300)) for r in records]
+    spreads = [(float(np.std(r.motion.v[r.window])), float(np.std(r.motion.x[r.window]))) for r in records]
+    rates = [v / max(x, 1e-300) for v, x in spreads]
     return max(rates) < 1.1 * min(rates)
 
 
