@@ -1,0 +1,65 @@
+"""The commands of the README do what they show, on the simulated rig, in the order in which they stand there."""
+
+from __future__ import annotations
+
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+SECONDS = 240.0
+
+
+def shown() -> list[list[str]]:
+    """Every `damper-rig` command line of the README, as words, its comment left out."""
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    return [shlex.split(line, comments=True)[1:] for line in lines if line.startswith("damper-rig ")]
+
+
+def command(words: list[str], rig: str, folder: Path) -> list[str]:
+    """The words with the paths of the examples, the files that are there, and the rig that really listens."""
+    out: list[str] = []
+    for word in words:
+        if "*" in word:
+            out += sorted(str(p.relative_to(folder)) for p in folder.glob(word))
+        else:
+            out.append(
+                str(ROOT / word) if word.startswith("examples/") else word.replace("modbus://127.0.0.1:5020", rig)
+            )
+    return out
+
+
+def does(words: list[str], folder: Path) -> str:
+    line = [sys.executable, "-m", "api.cli", *words]
+    done = subprocess.run(line, cwd=folder, capture_output=True, text=True, timeout=SECONDS, check=False)
+    assert done.returncode == 0, (words, done.stderr)
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_readme_work_one_after_the_other(tmp_path: Path) -> None:
+    lines = shown()
+    simulated = next(line for line in lines if line[0] == "sim")
+    listening = [word.replace(":5020", ":0") for word in simulated]
+    with subprocess.Popen(
+        [sys.executable, "-m", "api.cli", *listening, "--speed", "20"], stdout=subprocess.PIPE, text=True
+    ) as rig:
+        try:
+            assert rig.stdout is not None
+            url = rig.stdout.readline().split()[-1]
+            for words in lines:
+                if words[0] not in ("sim", "iterate", "serve", "demo") and "--simulated" not in words:
+                    does(command(words, url, tmp_path), tmp_path)
+        finally:
+            rig.terminate()
+    assert "coulomb_friction" in (tmp_path / "report" / "report.json").read_text(encoding="utf-8")
+    for made in ("excitation.h5", "sheet.html", "fitted.json", "report/report.html"):
+        assert (tmp_path / made).is_file()
+
+
+def test_every_command_that_the_readme_shows_has_help() -> None:
+    for words in shown():
+        assert words[0] in does([words[0], "--help"], ROOT)
