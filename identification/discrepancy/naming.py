@@ -32,6 +32,7 @@ _MAX_EFFECTS = 4
 _SHORTLIST = 6
 _SPRINT = 5  # iterations after which a candidate far behind the best is given up
 _FAR = 5.0  # times the least excess
+_DEAD = 0.98  # of the excess: a fit that leaves more has lost its element
 _FULFILS = 0.5  # of its promise: a sprint that closes less has stuck
 _RIVALS = 0.6  # of the promise of the name that is in place: less can't replace it
 _FIT_ITERATIONS = 14
@@ -225,6 +226,10 @@ def _fitted(
             break
         with suppress(SimulationError):
             fits.append(fit_records(other, records, max_iterations=_FIT_ITERATIONS))
+    if full and excess_of(min(fits, key=_merit)) > _DEAD * before:
+        for _, guess in starts[1:]:  # it died on a bound each time: the last resort is every guess on the base as given
+            with suppress(SimulationError):
+                fits.append(fit_records(given.with_element(guess), records, max_iterations=_FIT_ITERATIONS))
     if full:
         raw = min(fits, key=_merit)
         fits.append(refined(raw, _last(raw.model, name), records))
