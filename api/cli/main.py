@@ -11,6 +11,7 @@ from typing import NoReturn
 import typer
 
 from api.cli.arguments import spread
+from api.cli.autopilot import autopilot
 from api.cli.characterise import characterise
 from api.cli.convert import convert
 from api.cli.demo import demo
@@ -46,6 +47,7 @@ app.command()(fit)
 app.command()(simulate)
 app.command()(score)
 app.command()(explain)
+app.command()(autopilot)
 app.command()(characterise)
 app.command()(convert)
 app.command()(serve)

@@ -18,6 +18,8 @@ Floats = NDArray[np.float64]
 
 _SPREAD_LIMIT = 0.15  # a true effect has one strength: what differs more than this from run to run is another effect
 _SPREAD_SCALE = 0.025
+_SEES = 1e-3  # of what the best record knows of a strength: less is no second opinion
+ONE_RUN = 0.7  # belief in a name that no second run can bear out
 _LEFT_LIMIT = 0.40  # what leaves this share of the gap has not explained it
 _LEFT_SCALE = 0.06
 _PER_PARAMETER = 0.1  # prior odds of a form with one more parameter
@@ -67,7 +69,7 @@ def strengths(model: Model, name: str, records: Sequence[Record]) -> tuple[Float
 
 def spread_of(values: Floats, precision: Floats) -> float:
     """Scatter of strengths beyond their noise, weighted by what each record knows of it."""
-    known = precision > 1e-3 * np.max(precision, initial=0.0)
+    known = precision > _SEES * np.max(precision, initial=0.0)
     if np.sum(known) < 2:
         return 0.0
     v, w = values[known], precision[known]
@@ -89,6 +91,8 @@ def gather(found: Search, base_excess: float, records: Sequence[Record]) -> list
         belief = (1.0 - _logistic((spread - _SPREAD_LIMIT) / _SPREAD_SCALE)) * (
             1.0 - 0.9 * _logistic((left - _LEFT_LIMIT) / _LEFT_SCALE)
         )
+        if np.sum(precision > _SEES * np.max(precision, initial=0.0)) < 2:
+            belief *= ONE_RUN
         ranked = sorted(weights.items(), key=lambda item: -item[1])[:3]
         out.append(
             Evidence(
@@ -142,4 +146,4 @@ def _logistic(x: float) -> float:
     return float(1.0 / (1.0 + np.exp(-np.clip(x, -60.0, 60.0))))
 
 
-__all__ = ["Evidence", "excess_of", "gather", "spread_of", "strengths"]
+__all__ = ["ONE_RUN", "Evidence", "excess_of", "gather", "spread_of", "strengths"]

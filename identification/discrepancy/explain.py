@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from identification.discrepancy.candidates import unlimited
 from identification.discrepancy.checks import check_model, check_runs
-from identification.discrepancy.evidence import Evidence, gather
+from identification.discrepancy.evidence import ONE_RUN, Evidence, gather
 from identification.discrepancy.explanation import (
     Effect,
     Explanation,
+    Gaps,
     NextTest,
     Traces,
     Verdict,
@@ -155,7 +156,7 @@ def _conclude(
     left = _left_over(found, hum, quiet)
     verdict = _verdict(base, names, left, quiet)
     regions, profiles = locate([r.measured - predict(base.model, r)[0] for r in quiet], quiet)
-    effects = _effects(final, found, evidence, hum, in_train.final)
+    effects = _effects(final, found, evidence, hum, in_train, len(train))
     if verdict == Verdict.NO_DISCREPANCY:
         effects, regions = (), []
     say("designing the next test", 0.95)
@@ -203,9 +204,9 @@ def _verdict(base: Fit, names: Sequence[str], left: bool, records: Sequence[Reco
 
 
 def _effects(
-    final: Fit, found: Search, evidence: Sequence[Evidence], hum: Hum | None, gap_after: float
+    final: Fit, found: Search, evidence: Sequence[Evidence], hum: Hum | None, train: Gaps, records: int
 ) -> tuple[Effect, ...]:
-    out = []
+    out, gap_after = [], train.final
     for k, e in enumerate(evidence):
         after = evidence[k + 1].gap_before if k + 1 < len(evidence) else gap_after
         element = next(x for x in reversed(final.model.elements) if x.name == e.name)
@@ -213,7 +214,7 @@ def _effects(
     if hum is not None:
         element = next(x for x in final.model.elements if x.name == "mains_hum")
         before = float(np.hypot(gap_after, hum.amplitude / np.sqrt(2.0)))
-        out.append(_effect(element, 0.99, (), before, gap_after, None))
+        out.append(_effect(element, 0.99 if records > 1 else 0.99 * ONE_RUN, (), before, gap_after, None))
     return tuple(out)
 
 

@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 
 _SUPPLIES_HZ = (50.0, 60.0, 50.0 / 3.0, 400.0)  # mains, railway and aircraft supplies
 _STANDS_OUT = 30.0  # power over the local level: by chance less than one line in 10^12
+_MATERIAL = 0.003  # of rms force: less matters to nobody
 _CYCLES = 5.0  # in the shortest run: slower, a tone is an offset or a drift
 _SAME_AMPLITUDE = 0.35  # scatter over the runs beyond which it is no property of the channel
 
@@ -38,6 +39,8 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
     wanted = {f for r in records for f in r.tones_hz} | {f for f in _SUPPLIES_HZ if f < 0.95 * nyquist}
     residuals = [e - np.mean(e) for e in residuals]
     slowest = _CYCLES / min(e.size * r.dt for e, r in zip(residuals, records, strict=True))
+    force = np.concatenate([r.measured for r in records])
+    least = _MATERIAL * float(np.sqrt(2.0 * np.mean(force**2)))
     best: Hum | None = None
     for coarse in wanted:
         frequency = _refine(coarse, residuals, records)
@@ -49,7 +52,7 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
         middle = float(np.median(amplitudes))
         scatter = float(np.std(amplitudes)) / max(middle, 1e-300)
         seen = np.mean(np.array(ratios) > _STANDS_OUT)
-        if seen >= 0.75 and scatter < _SAME_AMPLITUDE and (best is None or middle > best.amplitude):
+        if middle > least and seen >= 0.75 and scatter < _SAME_AMPLITUDE and (best is None or middle > best.amplitude):
             best = Hum(frequency, middle, scatter)
     return best
 

@@ -1,0 +1,72 @@
+"""Explain, run the test that would tell most, explain again: until the verdict is sure or the rig time is spent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from excitation.plan import Test, test_from_config
+from identification.discrepancy import Explanation, Verdict
+from rigctl.runfile import Run
+
+__all__ = ["SURE", "Round", "autopilot"]
+
+SURE = 0.9  # confidence in every name at which no further test is worth its rig time
+
+
+@dataclass(frozen=True, slots=True)
+class Round:
+    """One explanation, of how many runs, after how much rig time, and why it was the last, if it was."""
+
+    found: Explanation
+    runs: int
+    rig_seconds: float
+    ended: str  # "" while it goes on
+
+
+def autopilot(
+    runs: Sequence[Run],
+    *,
+    explain: Callable[[Sequence[Run]], Explanation],
+    play: Callable[[Test], Run],
+    budget_s: float,
+    on_round: Callable[[Round], None] = lambda made: None,
+) -> list[Round]:
+    """Rounds of explaining and testing, the last of which says why it was the last.
+
+    `explain` answers for the runs so far, `play` runs one test on the rig and gives its run. No test begins that would
+    exceed `budget_s` seconds of motion. Errors of either are passed on: the rounds made so far were told to `on_round`.
+    """
+    measured, spent = list(runs), 0.0
+    rounds: list[Round] = []
+    while True:
+        found = explain(measured)
+        test = _next(found, len(rounds) + 1)
+        ended = _why_to_end(found, test, budget_s - spent)
+        rounds.append(Round(found, len(measured), spent, ended))
+        on_round(rounds[-1])
+        if ended or test is None:
+            return rounds
+        measured.append(play(test))
+        spent += _seconds(test)
+
+
+def _next(found: Explanation, number: int) -> Test | None:
+    design = dict(found.next_test.design)
+    return replace(test_from_config(design), name=f"next {number}") if design else None
+
+
+def _seconds(test: Test) -> float:
+    return test.excitation.samples / test.excitation.sample_rate_hz
+
+
+def _why_to_end(found: Explanation, test: Test | None, left_s: float) -> str:
+    if found.verdict == Verdict.NO_DISCREPANCY:
+        return "the model meets the data"
+    if found.verdict == Verdict.EXPLAINED and all(e.confidence >= SURE for e in found.effects):
+        return "every name is sure"
+    if test is None:
+        return "no test within the motion seen so far would tell more"
+    if _seconds(test) > left_s:
+        return f"the next test takes {_seconds(test):.0f} s, of the rig time {max(left_s, 0.0):.0f} s are left"
+    return ""

@@ -1,0 +1,67 @@
+"""``damper-rig autopilot``: explain, run the test that would tell most, explain again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from api.autopilot import Round
+    from excitation.plan import Test
+    from identification.discrepancy import Explanation
+    from rigctl.runfile import Run
+
+__all__ = ["autopilot"]
+
+
+def autopilot(
+    model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="The simulation as it is today.")],
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="What has been measured so far.")],
+    rig: Annotated[str, typer.Option(help="The rig's address, for example modbus://127.0.0.1:5020.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the runs and the report.")],
+    budget: Annotated[float, typer.Option(min=1.0, help="Seconds of motion that it may spend.")] = 120.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+) -> None:
+    """Find what the simulation is missing, and run on the rig what is needed to be sure of it.
+
+    The tests stay within the stroke, speed and current that the given runs have reached.
+
+    Example: damper-rig autopilot model.json first.h5 --rig modbus://127.0.0.1:5020 -o found --budget 60
+    """
+    from api.autopilot import autopilot as fly
+    from api.cli.explain import in_words
+    from api.cli.terminal import answer
+    from identification.discrepancy import explain, report_data, write_report
+    from identification.physical.modelfile import read_model
+    from rigctl.player import connect, play
+    from rigctl.runfile import read_run
+
+    base = read_model(model)
+    measured = [read_run(path) for path in runs]
+    specimen = measured[0].specimen
+    transport = connect(rig)
+    try:
+
+        def explained(so_far: Sequence[Run]) -> Explanation:
+            return explain(base, so_far)
+
+        def played(test: Test) -> Run:
+            return read_run(play(transport, test, output / "runs", specimen=specimen))
+
+        rounds = fly(measured, explain=explained, play=played, budget_s=budget, on_round=_tell)
+    finally:
+        transport.close()
+    found = rounds[-1].found
+    write_report(found, output)
+    report = report_data(found)
+    last = f"{len(rounds) - 1} tests, {rounds[-1].rig_seconds:.0f} s of motion; ended because {rounds[-1].ended}"
+    answer("\n".join([*in_words(report), last, str(output / "report.html")]), report, as_json=as_json)
+
+
+def _tell(made: Round) -> None:
+    names = ", ".join(f"{e.element} {e.confidence:.2f}" for e in made.found.effects) or "no name"
+    ahead = made.ended or made.found.next_test.text
+    typer.echo(f"{made.runs} runs: {made.found.verdict.replace('_', ' ')}, {names}; {ahead}", err=True)
