@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.discrepancy.naming import Move, Search, Trial, complexity, excess_of, tolerance
+from identification.discrepancy.naming import Move, Search, Trial, complexity, tolerance
 from identification.discrepancy.signatures import orthonormal
 from identification.fitting.leastsquares import evaluate, free_parameters, predict
 from identification.physical.model import Model
@@ -78,9 +78,9 @@ def spread_of(values: Floats, precision: Floats) -> float:
     return float(np.sqrt(max(variance, 0.0)))
 
 
-def gather(found: Search, base_excess: float, records: Sequence[Record]) -> list[Evidence]:
+def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
     """Evidence for every name of a search, in the order in which they were found."""
-    left = max(found.excess, 0.0) / max(base_excess, 1e-300)
+    left = max(found.excess, 0.0) / max(found.base_excess, 1e-300)
     out = []
     for name in found.names:
         values, precision = strengths(found.fit.model, name, records)
@@ -146,4 +146,4 @@ def _logistic(x: float) -> float:
     return float(1.0 / (1.0 + np.exp(-np.clip(x, -60.0, 60.0))))
 
 
-__all__ = ["ONE_RUN", "Evidence", "excess_of", "gather", "spread_of", "strengths"]
+__all__ = ["ONE_RUN", "Evidence", "gather", "spread_of", "strengths"]

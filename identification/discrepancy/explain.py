@@ -89,7 +89,7 @@ def explain(
         base = fit_records(model, train_quiet)
     say("looking for what is missing", 0.2)
     found = search(model, base, train_quiet, on_progress=lambda text: say(text, 0.4))
-    found, evidence = _through_the_gates(found, base, train_quiet)
+    found, evidence = _through_the_gates(found, train_quiet)
     say("fitting the named effects", 0.8)
     return _conclude(model, base, found, evidence, hum, train, held, train_quiet, say)
 
@@ -114,10 +114,10 @@ def _noise_beside(
     return quiet[: len(train)], quiet[len(train) :]
 
 
-def _through_the_gates(found: Search, base: Fit, records: Sequence[Record]) -> tuple[Search, list[Evidence]]:
+def _through_the_gates(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence]]:
     """Take back, one by one, the names that one strength in all runs does not bear out."""
     while found.names:
-        evidence = gather(found, excess_of(base), records)
+        evidence = gather(found, records)
         weakest = min(evidence, key=lambda e: e.confidence)
         if weakest.confidence >= _UTTER:
             return found, evidence
@@ -144,9 +144,10 @@ def _conclude(
     quiet: Sequence[Record],
     say: Progress,
 ) -> Explanation:
+    finer = found.fit.model != base.model
     grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
     grown = replace(grown, elements=tuple(unlimited(e) if e.name in found.names else e for e in grown.elements))
-    final = fit_records(grown, train, max_iterations=12) if (found.names or hum) else base
+    final = fit_records(grown, train, max_iterations=12) if (found.names or hum or finer) else base
     full_base = fit_records(base.model, train, max_iterations=8)
     traces = [_trace(r, given, full_base.model, final.model, held_out=False) for r in train]
     traces += [_trace(r, given, full_base.model, final.model, held_out=True) for r in held]
@@ -154,7 +155,7 @@ def _conclude(
     in_train, in_held = gaps_of(train, forces[: len(train)]), gaps_of(held, forces[len(train) :])
     names = found.names + (("mains_hum",) if hum else ())
     left = _left_over(found, hum, quiet)
-    verdict = _verdict(base, names, left, quiet)
+    verdict = _verdict(found, names, left, quiet)
     regions, profiles = locate([r.measured - predict(base.model, r)[0] for r in quiet], quiet)
     effects = _effects(final, found, evidence, hum, in_train, len(train))
     if verdict == Verdict.NO_DISCREPANCY:
@@ -177,7 +178,7 @@ def _conclude(
         model=replace(final.model, name=_name(given, names)),
         moves=found.moves,
         traces=tuple(traces),
-        notes=(*_notes(train, held), *_tared_apart(traces)),
+        notes=(*_notes(train, held), *_finer(base.model, found.fit.model), *_tared_apart(traces)),
     )
 
 
@@ -196,9 +197,9 @@ def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> boo
     return found.excess > floor + form
 
 
-def _verdict(base: Fit, names: Sequence[str], left: bool, records: Sequence[Record]) -> Verdict:
+def _verdict(found: Search, names: Sequence[str], left: bool, records: Sequence[Record]) -> Verdict:
     if not names:
-        gap = excess_of(base) > max(material_excess(records), significant_excess(base, records))
+        gap = found.excess > max(material_excess(records), significant_excess(found.fit, records))
         return Verdict.UNKNOWN_EFFECT if gap else Verdict.NO_DISCREPANCY
     return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
 
@@ -265,6 +266,17 @@ def _nearest(found: Search) -> str:
 
 def _name(given: Model, names: Sequence[str]) -> str:
     return given.name if not names else f"{given.name} + {', '.join(CATALOGUE[n].title for n in names)}"
+
+
+def _finer(base: Model, fitted: Model) -> list[str]:
+    """What the base's own curves were found to be finer than their canonical form."""
+    return [
+        f"{e.spec.title} of the base: {spec.name} = {p.value:.3g} {spec.unit}, where its canonical form jumps"
+        for e in fitted.elements
+        if base.has(e.name)
+        for spec, p in zip(e.spec.parameters, e.parameters, strict=True)
+        if spec.refinement and not p.fixed and p.value > 0.0
+    ]
 
 
 def _tared_apart(traces: Sequence[Traces]) -> list[str]:

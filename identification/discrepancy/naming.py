@@ -82,6 +82,7 @@ class Search:
     names: tuple[str, ...]
     excess: float
     given: Model  # the base with the values it came with
+    base_excess: float = 0.0  # before any name, the base's own curves refined
     moves: tuple[Move, ...] = field(default=())
 
 
@@ -109,7 +110,9 @@ def search(
     say = on_progress or (lambda text: None)
     if _worth_more(Search(fit=base, names=(), excess=excess_of(base), given=given), records):
         base = refine_curves(base, records)
-    state = sure = Search(fit=base, names=(), excess=excess_of(base), given=shaped_like(given, base.model))
+    start = excess_of(base)
+    given = shaped_like(given, base.model)
+    state = sure = Search(fit=base, names=(), excess=start, given=given, base_excess=start)
     while len(state.names) < _MAX_EFFECTS and _worth_more(state, records):
         say(f"{len(state.names)} named so far, the gap is {_over_noise(state):.1f} × the noise of a mean period")
         alone = state.excess < _EXPLAINED * excess_of(base)  # of a gap that is all but closed no part is worth little
