@@ -33,7 +33,7 @@ def autopilot(
     """
     from api.autopilot import autopilot as fly
     from api.cli.explain import in_words
-    from api.cli.terminal import answer
+    from api.cli.terminal import answer, progress_bar
     from identification.discrepancy import explain, report_data, write_report
     from identification.physical.modelfile import read_model
     from rigctl.player import connect, play
@@ -46,22 +46,33 @@ def autopilot(
     try:
 
         def explained(so_far: Sequence[Run]) -> Explanation:
-            return explain(base, so_far)
+            with progress_bar("explaining") as tell:
+                return explain(base, so_far, on_progress=lambda text, done: tell(done, text))
 
         def played(test: Test) -> Run:
-            return read_run(play(transport, test, output / "runs", specimen=specimen))
+            with progress_bar(test.name) as tell:
+                path = play(
+                    transport,
+                    test,
+                    output / "runs",
+                    specimen=specimen,
+                    on_progress=lambda p: tell(p.samples / max(p.total_samples, 1), f"{p.test}: {p.phase}"),
+                )
+            return read_run(path)
 
-        rounds = fly(measured, explain=explained, play=played, budget_s=budget, on_round=_tell)
+        def told(made: Round) -> None:
+            write_report(made.found, output)  # what is known so far stays, whatever happens to the next test
+            typer.echo(_in_a_line(made), err=True)
+
+        rounds = fly(measured, explain=explained, play=played, budget_s=budget, on_round=told)
     finally:
         transport.close()
-    found = rounds[-1].found
-    write_report(found, output)
-    report = report_data(found)
+    report = report_data(rounds[-1].found)
     last = f"{len(rounds) - 1} tests, {rounds[-1].rig_seconds:.0f} s of motion; ended because {rounds[-1].ended}"
     answer("\n".join([*in_words(report), last, str(output / "report.html")]), report, as_json=as_json)
 
 
-def _tell(made: Round) -> None:
+def _in_a_line(made: Round) -> str:
     names = ", ".join(f"{e.element} {e.confidence:.2f}" for e in made.found.effects) or "no name"
     ahead = made.ended or made.found.next_test.text
-    typer.echo(f"{made.runs} runs: {made.found.verdict.replace('_', ' ')}, {names}; {ahead}", err=True)
+    return f"{made.runs} runs: {made.found.verdict.replace('_', ' ')}, {names}; {ahead}"
