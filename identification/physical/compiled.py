@@ -1,47 +1,66 @@
-"""How the loops are compiled: once for a machine, cached beside the sources, anew when any of the sources changes."""
+"""How the loops are compiled: once for a machine, cached beside the sources, anew when any of the sources changes.
+
+numba's cache knows a function by the file it stands in; what is compiled into it lives in other files of this folder. So
+here a cached function carries in its file name a digest of the whole folder: no version of the code ever reads what
+another one wrote, whichever ran last.
+"""
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from numba import njit
+from numba.core.caching import IndexDataCacheFile
 
 # Nothing in the loops allocates, so arrays need no reference counting; counted at every call of every element they cost
 # more than the equations (measured: 90 ns a sample against 8).
 _OPTIONS: Any = {"cache": True, "error_model": "numpy", "nogil": True, "_nrt": False}  # Any: _nrt has no public type
-_SOURCES = ("damping", "friction", "springs", "modifiers", "memory", "core", "mount", "stage", "rigid", "mounted")
+_FOLDER = Path(__file__).parent
 
 
 def compiled(function: Callable[..., Any]) -> Any:  # Any: numba's dispatcher has no type
     """Compile a function on its first call."""
-    return _stamped(njit(**_OPTIONS)(function))
+    return _keyed(njit(**_OPTIONS)(function))
 
 
 def inlined(function: Callable[..., Any]) -> Any:
     """Compile a function into each of its callers."""
-    return _stamped(njit(forceinline=True, **_OPTIONS)(function))
+    return _keyed(njit(forceinline=True, **_OPTIONS)(function))
 
 
 def pasted(function: Callable[..., Any]) -> Any:
     """Put a function into its only caller before that is compiled: it costs no compilation of its own."""
-    return _stamped(njit(inline="always", **_OPTIONS)(function))
+    return _keyed(njit(inline="always", **_OPTIONS)(function))
 
 
-def _stamped(dispatcher: Any) -> Any:
-    """numba looks only at the file of the function itself; what it calls lives in other files of the same set."""
-    cache: Any = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-    if hasattr(cache, "_source_stamp"):
-        cache._source_stamp = _STAMP
+def digest(folder: Path) -> str:
+    """What the sources of a folder say, in a few letters: the same wherever they stand and whenever they were written."""
+    found = hashlib.sha256()
+    for path in sorted(folder.glob("*.py")):
+        found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return found.hexdigest()[:12]
+
+
+class _OfThisVersion(IndexDataCacheFile):  # type: ignore[misc]  # numba has no types
+    """A cache file that is written only while the sources are still those that were imported."""
+
+    def save(self, key: Any, data: Any) -> None:
+        if digest(_FOLDER) == _digest():
+            super().save(key, data)
+
+
+def _keyed(dispatcher: Any) -> Any:
+    cached = dispatcher._cache
+    if hasattr(cached, "_cache_file"):
+        base = f"{cached._impl.filename_base}-{_digest()}"
+        cached._cache_file = _OfThisVersion(cached.cache_path, base, _digest())
     return dispatcher
 
 
-def _stamp() -> tuple[float, int]:
-    """Newest time and total size of the sources, in the form of numba's own stamp."""
-    files = [Path(__file__).with_name(f"{name}.py") for name in _SOURCES]
-    stats = [file.stat() for file in files if file.exists()]  # an archive without files keeps numba's own rule
-    return max((s.st_mtime for s in stats), default=0.0), sum(s.st_size for s in stats)
-
-
-_STAMP = _stamp()
+@cache
+def _digest() -> str:
+    return digest(_FOLDER)
