@@ -10,7 +10,7 @@ from api.errors import InputError
 from excitation import TestPlan, plan_from_config
 from rigctl.player import connect
 
-__all__ = ["NewCampaign"]
+__all__ = ["NewCampaign", "check_text"]
 
 _MOST_TESTS = 500
 _MOST_RIG_TIME_S = 7 * 86400.0
@@ -35,12 +35,12 @@ class NewCampaign:
 
     def __post_init__(self) -> None:
         for key, longest in (("name", 200), ("specimen", 200), ("rig", 500)):
-            _check_text(key, getattr(self, key), longest)
+            check_text(key, getattr(self, key), longest)
         if not 0 < len(self.tests) <= _MOST_TESTS:
             raise InputError(f"tests has {len(self.tests)} entries: a campaign has 1 … {_MOST_TESTS}")
         connect(self.rig).close()  # refuses an address that it cannot read; sends nothing
         for test in self.plan.tests:
-            _check_text("test name", test.name, 200)
+            check_text("test name", test.name, 200)
         if self.plan.duration_s > _MOST_RIG_TIME_S:
             raise InputError(
                 f"tests take {self.plan.duration_s:.3g} s of rig time: at most {_MOST_RIG_TIME_S:g} s a campaign"
@@ -52,7 +52,8 @@ class NewCampaign:
         return plan_from_config({"tests": self.tests, **warm_up})
 
 
-def _check_text(key: str, value: str, longest: int) -> None:
+def check_text(key: str, value: str, longest: int) -> None:
+    """Raise InputError where a text is empty, too long or not to be printed."""
     if not value.strip() or len(value) > longest or not value.isprintable():
         raise InputError(f"{key} is {_shown(value)}: it must be 1 … {longest} printable characters")
 

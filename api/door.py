@@ -14,13 +14,16 @@ _READS = ("GET", "HEAD", "OPTIONS")
 
 
 class BodyLimit:
-    """Refuses a body above a size with 413, whether it says its length or not."""
+    """Refuses a body above a size with 413, whether it says its length or not.
 
-    def __init__(self, app: ASGIApp, most_bytes: int) -> None:
-        self.app, self.most_bytes = app, most_bytes
+    Where a path is ``streamed`` its route counts for itself, and nothing is held in memory.
+    """
+
+    def __init__(self, app: ASGIApp, most_bytes: int, streamed: tuple[str, ...] = ()) -> None:
+        self.app, self.most_bytes, self.streamed = app, most_bytes, streamed
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] != "http" or scope["method"] in _READS:
+        if scope["type"] != "http" or scope["method"] in _READS or scope["path"] in self.streamed:
             await self.app(scope, receive, send)
             return
         body = bytearray()

@@ -3,7 +3,8 @@
 DoorError
 ├── InputError        what was asked for cannot be used: says what, where, the value, what would be right
 │   └── SettingsError an environment variable or an option that the service cannot start with
-├── NotFound          no such campaign, test or run
+├── TooLarge          a file that is larger than the service keeps
+├── NotFound          no such campaign, test, run or explanation
 ├── Conflict          it exists, but not in a state in which this can be done
 ├── StoreError        the campaign store cannot be reached or is of another version
 ├── LeaseLost         another worker holds the rig by now: this one must stop
@@ -29,6 +30,7 @@ __all__ = [
     "ProcessError",
     "SettingsError",
     "StoreError",
+    "TooLarge",
     "one_line",
     "outcome_of",
 ]
@@ -44,6 +46,10 @@ class InputError(DoorError, ValueError):
 
 class SettingsError(InputError):
     """The service cannot start with this setting."""
+
+
+class TooLarge(DoorError):
+    """More bytes than the service keeps in one file."""
 
 
 class NotFound(DoorError, LookupError):
@@ -80,6 +86,7 @@ _BAD_INPUT = Outcome(422, 2)
 OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (NotFound, Outcome(404, 2)),
     (Conflict, Outcome(409, 1)),
+    (TooLarge, Outcome(413, 2)),
     (InputError, _BAD_INPUT),
     (StoreError, Outcome(503, 1)),
     (LeaseLost, Outcome(503, 1)),

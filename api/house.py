@@ -8,7 +8,9 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 
+from api.explanation_store import ExplanationStore
 from api.live import Live
+from api.reports import Reports
 from api.runfiles import RunFiles
 from api.settings import Settings
 from api.store import Store
@@ -22,7 +24,9 @@ class House:
 
     settings: Settings
     store: Store
+    explanations: ExplanationStore
     files: RunFiles
+    reports: Reports
     live: Live
     closing: Event = field(default_factory=Event)
 

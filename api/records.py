@@ -12,10 +12,13 @@ __all__ = [
     "CampaignState",
     "CampaignTest",
     "Event",
+    "Explanation",
+    "ExplanationState",
     "Lease",
     "RigRecord",
     "RunRecord",
     "TestState",
+    "Upload",
 ]
 
 
@@ -119,3 +122,50 @@ class RigRecord:
     worker: str  # empty: nobody holds it
     running: str  # id of the running campaign; empty: none
     accepted: int  # campaigns that wait
+
+
+class ExplanationState(StrEnum):
+    """Where an explanation stands; the last three are final."""
+
+    ACCEPTED = "accepted"
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Explanation:
+    """A gap to be explained: a base model, the runs, and how far the work is. Times are seconds since 1970, UTC."""
+
+    number: int  # the order of acceptance
+    id: str
+    name: str
+    campaign_id: str  # empty: the runs are not those of one campaign
+    model: Mapping[str, Any] | None  # the JSON of a model file; None: the runs hold the simulation
+    runs: tuple[str, ...]  # ids of captured or uploaded runs
+    held_out: tuple[str, ...]
+    state: ExplanationState
+    phase: str
+    done: float  # 0 … 1
+    reason: str  # why it failed or was cancelled
+    verdict: str
+    effects: tuple[tuple[str, float], ...]  # name and confidence
+    created_at_s: float
+    started_at_s: float | None
+    ended_at_s: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Upload:
+    """A run file that came from elsewhere."""
+
+    id: str
+    name: str
+    location: str  # where the run files' keeper finds it
+    size_bytes: int
+    sha256: str
+    specimen: str
+    status: str
+    samples: int
+    sample_rate_hz: float

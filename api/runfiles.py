@@ -32,9 +32,13 @@ class RunFiles:
 
     def local(self, record: RunRecord) -> Path:
         """A path on this machine, good for one request or one job; raises NotFound where the file is gone."""
-        path = self.root / record.location
+        return self.at(record.location)
+
+    def at(self, location: str) -> Path:
+        """The same for a location alone."""
+        path = self.root / location
         if not path.is_file():
-            raise NotFound(f"the file of run {record.id} is gone from the run files: restore {record.location}")
+            raise NotFound(f"a run file is gone from the run files: restore {location}")
         return path
 
 

@@ -56,6 +56,10 @@ class Settings:
     def runs_dir(self) -> Path:
         return self.data_dir / "runs"
 
+    @property
+    def reports_dir(self) -> Path:
+        return self.data_dir / "reports"
+
 
 def read_settings(environ: Mapping[str, str], **given: Any) -> Settings:
     """The settings: what was ``given`` (not None), else the variable DAMPER_RIG_NAME, else the default.

@@ -6,20 +6,35 @@ from datetime import UTC, datetime
 
 from pydantic import BaseModel, ConfigDict, JsonValue
 
-from api.records import Campaign, CampaignState, Event, RigRecord, RunRecord, TestState
+from api.records import (
+    Campaign,
+    CampaignState,
+    Event,
+    Explanation,
+    ExplanationState,
+    RigRecord,
+    RunRecord,
+    TestState,
+    Upload,
+)
 
 __all__ = [
     "CampaignAnswer",
     "CampaignList",
     "CampaignSummary",
+    "ExplanationAnswer",
+    "ExplanationList",
     "Health",
     "RigList",
     "RunAnswer",
     "RunList",
+    "UploadAnswer",
     "answer_run",
     "detail",
+    "explanation_answer",
     "rig_answer",
     "summary",
+    "upload_answer",
 ]
 
 
@@ -119,6 +134,56 @@ class RigList(_Answer):
     rigs: list[RigAnswer]
 
 
+class UploadAnswer(_Answer):
+    """A run file that came from elsewhere."""
+
+    id: str
+    name: str
+    specimen: str
+    status: str
+    samples: int
+    sample_rate_hz: float
+    size_bytes: int
+    sha256: str
+
+
+class EffectAnswer(_Answer):
+    """One name of a report."""
+
+    element: str
+    confidence: float
+
+
+class ExplanationAnswer(_Answer):
+    """One explanation: how far it is, how it ended, where its report is."""
+
+    number: int
+    id: str
+    name: str
+    campaign: str | None
+    runs: list[str]
+    held_out: list[str]
+    state: ExplanationState
+    phase: str
+    done: float
+    reason: str
+    verdict: str | None
+    effects: list[EffectAnswer]
+    created: str
+    started: str | None
+    ended: str | None
+    report: str | None
+    report_html: str | None
+    model: str | None
+
+
+class ExplanationList(_Answer):
+    """Explanations, the newest first; ``next_before`` asks for the page that follows."""
+
+    explanations: list[ExplanationAnswer]
+    next_before: int | None
+
+
 class Health(_Answer):
     """Whether the service can do its work."""
 
@@ -136,8 +201,8 @@ def summary(campaign: Campaign) -> CampaignSummary:
         state=campaign.state,
         reason=campaign.reason,
         created=_time(campaign.created_at_s),
-        started=None if campaign.started_at_s is None else _time(campaign.started_at_s),
-        ended=None if campaign.ended_at_s is None else _time(campaign.ended_at_s),
+        started=_when(campaign.started_at_s),
+        ended=_when(campaign.ended_at_s),
         tests=[
             TestAnswer(
                 name=test.name,
@@ -183,6 +248,39 @@ def answer_run(run: RunRecord) -> RunAnswer:
 
 def rig_answer(rig: RigRecord) -> RigAnswer:
     return RigAnswer(url=rig.url, worker=rig.worker or None, running=rig.running or None, accepted=rig.accepted)
+
+
+def upload_answer(upload: Upload) -> UploadAnswer:
+    return UploadAnswer(**{name: getattr(upload, name) for name in UploadAnswer.model_fields})
+
+
+def explanation_answer(one: Explanation) -> ExplanationAnswer:
+    here = f"/v1/explanations/{one.id}"
+    done = one.state is ExplanationState.DONE
+    return ExplanationAnswer(
+        number=one.number,
+        id=one.id,
+        name=one.name,
+        campaign=one.campaign_id or None,
+        runs=list(one.runs),
+        held_out=list(one.held_out),
+        state=one.state,
+        phase=one.phase,
+        done=one.done,
+        reason=one.reason,
+        verdict=one.verdict or None,
+        effects=[EffectAnswer(element=name, confidence=confidence) for name, confidence in one.effects],
+        created=_time(one.created_at_s),
+        started=_when(one.started_at_s),
+        ended=_when(one.ended_at_s),
+        report=f"{here}/report.json" if done else None,
+        report_html=f"{here}/report.html" if done else None,
+        model=f"{here}/model.json" if done else None,
+    )
+
+
+def _when(seconds: float | None) -> str | None:
+    return None if seconds is None else _time(seconds)
 
 
 def _time(seconds: float) -> str:

@@ -17,7 +17,7 @@ from sqlalchemy import (
     UniqueConstraint,
 )
 
-__all__ = ["METADATA", "campaigns", "events", "leases", "runs", "tests"]
+__all__ = ["METADATA", "campaigns", "events", "explanations", "leases", "runs", "tests", "uploads"]
 
 METADATA = MetaData(
     naming_convention={
@@ -95,4 +95,44 @@ leases = Table(
     Column("owner", Text, nullable=False),
     Column("token", Integer, nullable=False),
     Column("expires_at_s", Float, nullable=False),
+)
+
+uploads = Table(
+    "uploads",
+    METADATA,
+    Column("id", String(32), primary_key=True),
+    Column("name", Text, nullable=False),
+    Column("location", Text, nullable=False),
+    Column("size_bytes", Integer, nullable=False),
+    Column("sha256", String(64), nullable=False),
+    Column("specimen", Text, nullable=False),
+    Column("status", String(16), nullable=False),
+    Column("samples", Integer, nullable=False),
+    Column("sample_rate_hz", Float, nullable=False),
+    Column("created_at_s", Float, nullable=False),
+)
+
+explanations = Table(
+    "explanations",
+    METADATA,
+    Column("number", Integer, primary_key=True),
+    Column("id", String(32), nullable=False, unique=True),
+    Column("name", Text, nullable=False),
+    Column("campaign", String(32), nullable=True),  # whose runs they are, where they are of one
+    Column("model", JSON(none_as_null=True), nullable=True),  # none: the runs hold the simulation
+    Column("runs", JSON, nullable=False),  # their ids
+    Column("held_out", JSON, nullable=False),
+    Column("state", String(16), nullable=False),
+    Column("phase", Text, nullable=False),
+    Column("done", Float, nullable=False),
+    Column("reason", Text, nullable=False),
+    Column("verdict", String(32), nullable=False),
+    Column("effects", JSON, nullable=False),  # name and confidence of each
+    Column("cancel_reason", Text, nullable=True),  # a cancellation that was asked for while it runs
+    Column("owner", Text, nullable=False),
+    Column("expires_at_s", Float, nullable=False),  # without a sign of life until then its owner is dead
+    Column("created_at_s", Float, nullable=False),
+    Column("started_at_s", Float, nullable=True),
+    Column("ended_at_s", Float, nullable=True),
+    Index(None, "state"),
 )

@@ -13,7 +13,7 @@ from fastapi.responses import StreamingResponse
 
 from api.errors import StoreError, one_line
 from api.house import Here, House
-from api.shapes import CampaignList, summary
+from api.shapes import CampaignList, ExplanationList, explanation_answer, summary
 
 __all__ = ["router"]
 
@@ -26,19 +26,20 @@ _SILENT_TURNS = 40  # then a comment keeps the connection open through proxies
 
 @router.get("", response_class=StreamingResponse)
 async def live(here: Here, request: Request) -> StreamingResponse:
-    """Events ``campaigns`` (the list as of GET /v1/campaigns), ``samples`` (new blocks) and ``trouble``."""
+    """Events ``campaigns`` and ``explanations`` (the lists of their GET), ``samples`` (new blocks) and ``trouble``."""
     return StreamingResponse(
         _events(here, request), media_type="text/event-stream", headers={"Cache-Control": "no-store"}
     )
 
 
 async def _events(here: House, request: Request) -> AsyncIterator[str]:
-    shown, number, silent = "", 0, 0
+    shown, number, silent = ("", ""), 0, 0
     while not here.closing.is_set() and not await request.is_disconnected():
-        news = await run_in_threadpool(_campaigns, here)
+        news = await run_in_threadpool(_news, here)
         blocks = here.live.after(number)
-        if news != shown:
-            yield news
+        for now, before in zip(news, shown, strict=True):
+            if now and now != before:
+                yield now
         if blocks:
             yield _event("samples", [asdict(block) for block in blocks])
             number = blocks[-1].number
@@ -50,13 +51,18 @@ async def _events(here: House, request: Request) -> AsyncIterator[str]:
         await asyncio.sleep(_INTERVAL_S)
 
 
-def _campaigns(here: House) -> str:
+def _news(here: House) -> tuple[str, str]:
     try:
         found = here.store.campaigns(limit=_SHOWN)
+        explained = here.explanations.newest(limit=_SHOWN)
     except StoreError as error:
-        return _event("trouble", {"detail": one_line(error)})
+        return _event("trouble", {"detail": one_line(error)}), ""
     answer = CampaignList(campaigns=[summary(campaign) for campaign in found], next_before=None)
-    return _event("campaigns", answer.model_dump(mode="json"))
+    others = ExplanationList(explanations=[explanation_answer(one) for one in explained], next_before=None)
+    return (
+        _event("campaigns", answer.model_dump(mode="json")),
+        _event("explanations", others.model_dump(mode="json")),
+    )
 
 
 def _event(name: str, data: object) -> str:

@@ -15,7 +15,7 @@ __all__ = ["router"]
 router = APIRouter(include_in_schema=False)
 
 _WEB = Path(__file__).parent.parent / "web"
-_STATIC = {"live.js": "text/javascript", "live.css": "text/css"}
+_STATIC = {"live.js": "text/javascript", "explain.js": "text/javascript", "live.css": "text/css"}
 
 
 @router.get("/", response_class=FileResponse)

@@ -198,7 +198,7 @@ def test_whatever_is_sent_the_answer_is_created_or_one_line(
 
 
 def test_the_pages_need_nothing_from_the_web(client: httpx.Client) -> None:
-    for path in ("/", "/docs", "/static/live.js", "/static/live.css"):
+    for path in ("/", "/docs", "/static/live.js", "/static/explain.js", "/static/live.css"):
         text = client.get(path).text
         for address in re.findall(r"\w+://[^\s'\"&]+", text):
             assert "127.0.0.1" in address or "HOST" in address, f"{path}: {address}"

@@ -110,6 +110,7 @@ function showCampaign(campaign) {
   at("abort").disabled = false;
   showNow(campaign.tests.find((test) => test.state === "running"));
   at("tests").replaceChildren(...campaign.tests.map(row));
+  explanationsOfCampaign();
 }
 
 function showNow(test) {
@@ -273,6 +274,10 @@ function connect() {
     complain("");
     show();
     quietWhenNothingRuns();
+  });
+  source.addEventListener("explanations", (event) => {
+    explanations = JSON.parse(event.data).explanations;
+    explanationsOfCampaign();
   });
   source.addEventListener("samples", (event) => take(JSON.parse(event.data)));
   source.addEventListener("trouble", (event) => complain(JSON.parse(event.data).detail));

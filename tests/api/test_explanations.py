@@ -1,0 +1,290 @@
+"""Explaining over HTTP: the service whole, its job a process of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+from sqlalchemy import select
+
+from api.cli.main import main
+from api.database import reading
+from api.errors import Conflict, LeaseLost, NotFound
+from api.explain_process import Job
+from api.explanation_store import LEFT_OPEN, ExplanationStore
+from api.processes import Child
+from api.records import ExplanationState
+from api.store import Store
+from api.tables import explanations
+from rigctl.runfile import Run, write_run
+from tests.api.browser import browser
+from tests.api.following import ended as campaign_ended
+from tests.api.following import get, post, until
+
+MODEL = {
+    "format": "damper-rig/model",
+    "format_version": 1,
+    "name": "as simulated",
+    "kind": "physical",
+    "paths": {"core": [{"element": "viscous_damping", "parameters": {"c": 600.0}}]},
+}
+NAMES = ("slow.h5", "middle.h5", "fast.h5", "check.h5")
+
+
+def a_run(k: int, frequency_hz: float, *, sign: float = 1.0) -> Run:
+    """A viscous damper with dry friction on a sine."""
+    t = np.arange(4000) / 1000.0
+    phase = 2 * np.pi * frequency_hz * t
+    v = 0.02 * 2 * np.pi * frequency_hz * np.cos(phase)
+    force = 700.0 * v + 30.0 * np.tanh(v / 0.004) + np.random.default_rng(k).normal(0, 1, t.size)
+    return Run(
+        run_id=f"run {k}",
+        created="2026-11-21T00:00:00+00:00",
+        specimen="damper 7",
+        sample_rate_hz=1000.0,
+        period_samples=round(1000 / frequency_hz),
+        excitation_kind="sine",
+        status="complete",
+        channels={"displacement": 0.02 * np.sin(phase), "force": sign * force},
+        units={"displacement": "m", "force": "N"},
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four good runs, a model, and runs that explain refuses."""
+    place = tmp_path_factory.mktemp("runs")
+    for k, (name, frequency) in enumerate(zip(NAMES, (1.0, 2.0, 4.0, 2.5), strict=True)):
+        write_run(place / name, a_run(k, frequency))
+    write_run(place / "reversed.h5", a_run(5, 2.0, sign=-1.0))
+    write_run(place / "other.h5", replace(a_run(6, 2.0), specimen="damper 8"))
+    (place / "model.json").write_text(json.dumps(MODEL))
+    return place
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("lab")
+
+
+@pytest.fixture(scope="module")
+def base(lab: Path) -> Any:
+    with Child(["serve", "--data", str(lab / "data"), "--port", "0"], lab / "serve.log") as child:
+        yield child.wait_until_ready()
+
+
+def sent(base: str, path: Path) -> str:
+    answer = httpx.post(f"{base}/v1/runs", params={"name": path.name}, content=path.read_bytes(), timeout=30)
+    assert answer.status_code == 201, answer.text
+    assert answer.json()["name"] == path.name
+    assert get(base, f"/v1/runs/{answer.json()['id']}") == answer.json()
+    return str(answer.json()["id"])
+
+
+def asked(base: str, body: dict[str, Any]) -> httpx.Response:
+    return httpx.post(f"{base}/v1/explanations", json=body, timeout=120)
+
+
+def ended(base: str, explanation_id: str, within_s: float = 120.0) -> dict[str, Any]:
+    return reached(base, explanation_id, lambda one: one["ended"] is not None, within_s)
+
+
+def reached(base: str, explanation_id: str, there: Any, within_s: float = 60.0) -> dict[str, Any]:
+    ends = time.monotonic() + within_s
+    while not there(one := get(base, f"/v1/explanations/{explanation_id}")):
+        assert time.monotonic() < ends, one
+        time.sleep(0.05)
+    return one
+
+
+def test_uploaded_runs_are_explained_as_on_the_command_line(base: str, folder: Path, tmp_path: Path) -> None:
+    ids = [sent(base, folder / name) for name in NAMES]
+    answer = asked(base, {"model": MODEL, "runs": ids[:3], "held_out": ids[3:]})
+    assert answer.status_code == 201, answer.text
+    assert answer.json()["report"] is None
+    early = httpx.get(f"{base}/v1/explanations/{answer.json()['id']}/report.json")
+    assert early.status_code in (200, 409)
+    done = ended(base, answer.json()["id"])
+    assert (done["state"], done["verdict"], done["done"]) == ("done", "explained", 1.0)
+    assert [e["element"] for e in done["effects"]] == ["coulomb_friction"]
+    paths = [str(folder / name) for name in NAMES]
+    given = [str(folder / "model.json"), *paths[:3], "--held-out", paths[3]]
+    assert main(["explain", *given, "-o", str(tmp_path / "report")]) == 0
+    assert get(base, done["report"]) == json.loads((tmp_path / "report" / "report.json").read_text())
+    assert get(base, done["model"]) == json.loads((tmp_path / "report" / "model.json").read_text())
+    page = httpx.get(base + done["report_html"])
+    assert page.headers["content-type"].startswith("text/html")
+    assert "Coulomb friction" in page.text
+    assert done in get(base, "/v1/explanations")["explanations"]
+    late = httpx.post(f"{base}/v1/explanations/{done['id']}/cancel")
+    assert (late.status_code, late.json()["detail"].count(done["id"])) == (409, 1)
+
+
+@pytest.mark.parametrize("name", ["reversed.h5", "other.h5"])
+def test_what_the_command_line_refuses_is_refused_at_the_door_in_its_words(
+    base: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    before = get(base, "/v1/explanations")
+    answer = asked(base, {"model": MODEL, "runs": [sent(base, folder / n) for n in (NAMES[0], name)]})
+    assert answer.status_code == 422
+    paths = [str(folder / n) for n in (NAMES[0], name)]
+    assert main(["explain", str(folder / "model.json"), *paths, "-o", str(tmp_path / "report")]) == 2
+    assert capsys.readouterr().err == f"damper-rig: {answer.json()['detail']}\n"
+    assert get(base, "/v1/explanations") == before
+
+
+@pytest.mark.parametrize(
+    ("change", "status", "words"),
+    [
+        ({"runs": []}, 422, ["at least one measured run"]),
+        ({"runs": ["nobody"]}, 404, ["nobody"]),
+        ({"runs": [], "campaign": "nobody"}, 404, ["nobody"]),
+        ({"runs": [], "rig": "modbus://127.0.0.1:9"}, 422, ["modbus://127.0.0.1:9", "no complete training run"]),
+        ({"campaign": "x"}, 422, ["campaign and runs"]),
+        ({"specimen": "x"}, 422, ["specimen goes with rig"]),
+        ({"simulated": True}, 422, ["either a model"]),
+        ({"model": None}, 422, ["either a model"]),
+        ({"model": {**MODEL, "kind": "mlp"}}, 422, ["model: kind is 'mlp'"]),
+        ({"runz": []}, 422, ["runz", "not a known key", "held_out"]),
+    ],
+)
+def test_a_wrong_question_is_refused_in_one_line(
+    base: str, change: dict[str, Any], status: int, words: list[str]
+) -> None:
+    answer = asked(base, {"model": MODEL, "runs": ["x"], **change})
+    assert answer.status_code == status, answer.text
+    detail = answer.json()["detail"]
+    assert "\n" not in detail
+    assert all(word in detail for word in words), detail
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("torn.h5", b"not HDF5", ["torn.h5: damaged or not an HDF5 file"]),
+        ("empty.h5", b"", ["empty.h5: damaged"]),
+        ("../up.h5", b"x", ["'../up.h5'", "letters"]),
+        ("run.csv", b"x", ["'run.csv'"]),
+    ],
+)
+def test_a_file_that_is_no_run_is_refused_and_not_kept(
+    base: str, lab: Path, name: str, content: bytes, words: list[str]
+) -> None:
+    before = sorted(lab.rglob("*.h5"))
+    answer = httpx.post(f"{base}/v1/runs", params={"name": name}, content=content)
+    assert answer.status_code == 422
+    assert all(word in answer.json()["detail"] for word in words), answer.text
+    assert sorted(lab.rglob("*.h5")) == before
+
+
+def test_an_explanation_that_runs_or_waits_can_be_cancelled(base: str, folder: Path) -> None:
+    body = {"model": MODEL, "runs": [sent(base, folder / name) for name in NAMES]}
+    running, waiting = (asked(base, body).json()["id"] for _ in range(2))
+    for one in (waiting, running):
+        assert httpx.post(f"{base}/v1/explanations/{one}/cancel").status_code == 202
+    assert [ended(base, one)["state"] for one in (running, waiting)] == ["cancelled", "cancelled"]
+    answer = httpx.get(f"{base}/v1/explanations/{running}/report.html")
+    assert answer.status_code == 409
+    assert "over HTTP" in answer.json()["detail"]
+
+
+def test_work_begins_anew_after_a_stop_of_the_service_and_is_said_to_be_lost_after_kill_9(
+    service: Child, folder: Path, tmp_path: Path
+) -> None:
+    body = {"model": MODEL, "runs": [sent(service.url, folder / name) for name in NAMES]}
+    one = str(asked(service.url, body).json()["id"])
+    reached(service.url, one, lambda one: one["phase"])
+    assert service.stop() == 0
+    arguments = ["serve", "--data", str(tmp_path / "lab"), "--port", "0"]
+    with Child(arguments, tmp_path / "again.log") as second:
+        reached(second.wait_until_ready(), one, lambda one: one["phase"])
+        second.kill()
+    with Child(arguments, tmp_path / "third.log") as third:
+        left = ended(third.wait_until_ready(), one)
+    assert (left["state"], left["reason"], left["report"]) == ("failed", LEFT_OPEN, None)
+
+
+def test_a_job_that_is_killed_is_said_to_have_ended_without_an_answer(folder: Path, tmp_path: Path) -> None:
+    with Job(MODEL, [folder / NAMES[0]], [], output=tmp_path / "report") as job:
+        os.kill(job.pid, signal.SIGKILL)
+        assert job.ended(20.0)
+        assert "ended without an answer (-9)" in job.finding().trouble
+
+
+@pytest.mark.browser
+def test_a_test_engineer_asks_in_the_browser_and_reads_the_report(
+    service: Child, rig: str, chromium: Path, tmp_path: Path
+) -> None:
+    sine = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.01, "frequency": 2.0, "cycles": 3, "current": 0.8}
+    tests = [{"name": "sine", **sine}, {"name": "faster", **sine, "frequency": 3.0, "held_out": True}]
+    campaign = post(service.url, {"name": "check", "rig": rig, "specimen": "damper 7", "tests": tests})
+    until(service.url, campaign["id"], campaign_ended)
+    (tmp_path / "model.json").write_text(json.dumps(MODEL))
+    with browser(chromium, tmp_path / "profile") as page:
+        page.open(service.url + "/")
+        page.wait_for("document.querySelector('#ask') && !document.querySelector('#ask').disabled")
+        document = page.call("DOM.getDocument")["root"]["nodeId"]
+        field = page.call("DOM.querySelector", nodeId=document, selector="#model")["nodeId"]
+        page.call("DOM.setFileInputFiles", nodeId=field, files=[str(tmp_path / "model.json")])
+        page.evaluate("document.querySelector('#ask').click()")
+        page.wait_for("document.querySelectorAll('#explanations a').length === 3", within_s=120.0)
+        page.evaluate("document.querySelector('#explanations').scrollIntoView()")
+        assert len(page.picture(tmp_path / "page.png")) > 20_000
+        link = page.evaluate("document.querySelector('#explanations a').href")
+        page.open(link)
+        page.wait_for("document.querySelectorAll('.verdict, .js-plotly-plot').length > 1")
+        assert page.complaints == []
+
+
+def accept(store: ExplanationStore) -> str:
+    return store.create(name="x", campaign_id="", model=MODEL, runs=["r1"], held_out=[]).id
+
+
+def test_only_the_one_who_took_an_explanation_writes_of_it(store: Store, clock: Any) -> None:
+    kept = ExplanationStore(store)
+    first, second = accept(kept), accept(kept)
+    taken = kept.take_next("me", 20.0)
+    assert taken is not None
+    assert (taken.id, taken.state, taken.model) == (first, ExplanationState.RUNNING, MODEL)
+    assert kept.sign_of_life(first, "me", 20.0, "fitting", 0.5) is None
+    with pytest.raises(LeaseLost):
+        kept.sign_of_life(first, "another", 20.0, "fitting", 0.5)
+    with pytest.raises(LeaseLost):
+        kept.end(first, "another", ExplanationState.DONE)
+    kept.cancel(first, "enough")
+    assert kept.sign_of_life(first, "me", 20.0, "fitting", 0.6) == "enough"
+    kept.end(first, "me", ExplanationState.CANCELLED, "enough")
+    assert [one.id for one in kept.newest()] == [second, first]
+    assert kept.one(first).reason == "enough"
+    kept.take_next("me", 20.0)
+    clock.now_s += 21.0
+    kept.close_left_open()
+    assert (kept.one(second).state, kept.one(second).reason) == (ExplanationState.FAILED, LEFT_OPEN)
+    with pytest.raises(LeaseLost):
+        kept.end(second, "me", ExplanationState.DONE)
+    with pytest.raises(Conflict, match="failed"):
+        kept.cancel(second, "late")
+    with pytest.raises(NotFound, match="GET /v1/explanations"):
+        kept.one("nobody")
+
+
+def test_what_is_given_back_is_taken_again_and_what_found_something_says_it(store: Store) -> None:
+    kept = ExplanationStore(store)
+    one = accept(kept)
+    kept.take_next("me", 20.0)
+    kept.give_back(one, "me")
+    assert kept.take_next("another", 20.0) == replace(kept.one(one), state=ExplanationState.RUNNING)
+    kept.end(one, "another", ExplanationState.DONE, verdict="explained", effects=[("coulomb_friction", 0.99)])
+    done = kept.one(one)
+    assert (done.verdict, done.effects, done.done) == ("explained", (("coulomb_friction", 0.99),), 1.0)
+    assert kept.take_next("another", 20.0) is None
+    with reading(store.engine) as connection:
+        assert connection.execute(select(explanations.c.owner)).scalars().all() == ["another"]
