@@ -1,9 +1,12 @@
 """How the loops are compiled: once for a machine, cached beside the sources, anew when any of the sources changes.
 
-numba's cache knows a function by the file it stands in; what is compiled into it lives in other files of this folder. So
-here a cached function carries in its file name a digest of the whole folder: no version of the code ever reads what
+numba's cache knows a function by the file it stands in; what is compiled into it lives in other files of this folder.
+So here a cached function carries in its file name a digest of the whole folder: no version of the code ever reads what
 another one wrote, whichever ran last.
 """
+
+# numba has no types.
+# mypy: allow-untyped-calls
 
 from __future__ import annotations
 
@@ -38,14 +41,14 @@ def pasted(function: Callable[..., Any]) -> Any:
 
 
 def digest(folder: Path) -> str:
-    """What the sources of a folder say, in a few letters: the same wherever they stand and whenever they were written."""
+    """What the sources of a folder say, in a few letters: the same wherever and whenever they were written."""
     found = hashlib.sha256()
     for path in sorted(folder.glob("*.py")):
         found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return found.hexdigest()[:12]
 
 
-class _OfThisVersion(IndexDataCacheFile):  # type: ignore[misc]  # numba has no types
+class _OfThisVersion(IndexDataCacheFile):
     """A cache file that is written only while the sources are still those that were imported."""
 
     def save(self, key: Any, data: Any) -> None:
