@@ -51,7 +51,8 @@ def test_the_commands_of_the_readme_work_one_after_the_other(tmp_path: Path) -> 
             assert rig.stdout is not None
             url = rig.stdout.readline().split()[-1]
             for words in lines:
-                if words[0] not in ("sim", "iterate", "serve", "demo") and "--simulated" not in words:
+                foreign = "--simulated" in words or "damper.fmu" in words  # somebody else's files
+                if words[0] not in ("sim", "iterate", "serve", "demo") and not foreign:
                     does(command(words, url, tmp_path), tmp_path)
         finally:
             rig.terminate()

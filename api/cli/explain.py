@@ -12,7 +12,7 @@ __all__ = ["explain", "in_words"]
 
 
 def explain(
-    model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="The simulation as it is today.")],
+    model: Annotated[Path, typer.Argument(metavar="MODEL", help="The simulation as it is today: .json or .fmu.")],
     runs: Annotated[
         list[Path] | None, typer.Argument(metavar="RUN.h5 ...", help="Measured runs of one specimen.")
     ] = None,
@@ -24,12 +24,23 @@ def explain(
     simulated: Annotated[
         bool, typer.Option("--simulated", help="No MODEL.json: the runs hold your simulation, channel force_simulated.")
     ] = False,
+    fmu_input: Annotated[
+        list[str] | None,
+        typer.Option(metavar="CHANNEL=VARIABLE", help="Input of the FMU that a channel drives; can be repeated."),
+    ] = None,
+    fmu_output: Annotated[
+        str, typer.Option(metavar="VARIABLE", help="The damper's force among the FMU's outputs; -VARIABLE reverses it.")
+    ] = "",
+    fmu_set: Annotated[
+        list[str] | None, typer.Option(metavar="VARIABLE=VALUE", help="Parameter of the FMU; can be repeated.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
     """Find where simulation and measurement disagree, name the missing effect, add it, show the gap shrink.
 
     Example: damper-rig explain model.json runs/*.h5 --held-out check.h5 -o report
     """
+    from api.cli.fmu import fmu_choice
     from api.cli.terminal import answer, progress_bar
     from identification.discrepancy import explain as explain_gap
     from identification.discrepancy import report_data, write_report
@@ -39,9 +50,16 @@ def explain(
     paths = [model, *(runs or [])] if simulated else runs or []
     if not paths:
         raise typer.BadParameter("give at least one measured run", param_hint="RUN.h5 ...")
-    base = None if simulated else read_model(model)
+    foreign = None if simulated else fmu_choice(model, fmu_input or [], fmu_output, fmu_set or [])
+    base = None if simulated or foreign else read_model(model)
     measured = [read_run(path) for path in paths]
     kept = [read_run(path) for path in held_out or []]
+    if foreign is not None:
+        from identification.fmu import with_fmu
+
+        with progress_bar("simulating") as tell:
+            driven = with_fmu(model, [*measured, *kept], foreign, on_progress=tell)
+        measured, kept = driven[: len(measured)], driven[len(measured) :]
     with progress_bar("explaining") as tell:
         found = explain_gap(base, measured, kept or None, on_progress=lambda text, done: tell(done, text))
     write_report(found, output)

@@ -65,6 +65,11 @@ def check_model(model: Model, records: Sequence[Record]) -> None:
                 f"{r.name}: the measured force works with the motion (correlation {measured:.2f}), the simulated one "
                 "against it: the sign of force or displacement is reversed; extension and tension are positive"
             )
+        if expected < -_OPPOSED and measured > _OPPOSED:
+            raise DataError(
+                f"{r.name}: the simulated force works with the motion (correlation {expected:.2f}), the measured one "
+                "against it: the sign of the simulated force is reversed; tension is positive"
+            )
 
 
 def _correlation(v: Floats, f: Floats) -> float:

@@ -1,0 +1,242 @@
+"""The force of an FMU along runs, simulated in a process of its own: its code is foreign, and may crash."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from importlib.util import find_spec
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.errors import DataError, IdentificationError, ModelError, SimulationError
+from identification.fmu.wiring import DIMENSIONS, Choice, Variable, Wire, Wiring, wired
+from identification.physical.motion import Motion
+from identification.record import motion_of
+from rigctl.runfile import Run, with_channel
+
+Floats = NDArray[np.float64]
+
+SUBSTEPS = 4  # of a sample: an input is held through each, which delays what integrates it by half of one
+_SPELLED = {  # unit: what it measures, SI units in one, offset
+    "m": ("displacement", 1.0, 0.0), "mm": ("displacement", 1e-3, 0.0), "cm": ("displacement", 1e-2, 0.0),
+    "m/s": ("velocity", 1.0, 0.0), "mm/s": ("velocity", 1e-3, 0.0), "m/s2": ("acceleration", 1.0, 0.0),
+    "N": ("force", 1.0, 0.0), "kN": ("force", 1e3, 0.0), "A": ("current", 1.0, 0.0), "mA": ("current", 1e-3, 0.0),
+    "K": ("temperature", 1.0, 0.0), "degC": ("temperature", 1.0, 273.15), "°C": ("temperature", 1.0, 273.15),
+}  # fmt: skip
+
+
+def with_fmu(
+    path: Path,
+    runs: Sequence[Run],
+    choice: Choice | None = None,
+    *,
+    on_progress: Callable[[float, str], None] | None = None,
+) -> list[Run]:
+    """The runs with a channel `force_simulated`: what the FMU answers to their motion, current and temperature.
+
+    Raises
+    ------
+    ModelError
+        when the file is no FMU that can be used here, or its variables can't be told.
+    DataError
+        when a run lacks a channel that drives the FMU.
+    SimulationError
+        when the FMU fails on a run.
+    """
+    say = on_progress or (lambda done, text: None)
+    if find_spec("fmpy") is None:
+        raise ModelError(f"{path}: FMUs need the package fmpy: pip install 'damper-rig[fmu]'")
+    with tempfile.TemporaryDirectory(prefix="fmu-") as folder:
+        said = Path(folder) / "said"
+        said.touch()
+        with ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_quiet, initargs=(said,)) as pool:
+            try:
+                wiring: Wiring = pool.submit(_opened, path, choice or Choice()).result()
+                return [_with_force(pool, path, wiring, run, say, k / len(runs)) for k, run in enumerate(runs)]
+            except BrokenProcessPool as error:
+                raise SimulationError(f"{path}: the FMU crashed{_last_words(said)}") from error
+            except IdentificationError as error:
+                text = str(error)
+                raise type(error)(
+                    f"{text}{_last_words(said)}" if isinstance(error, SimulationError) else text
+                ) from error
+
+
+def _quiet(said: Path) -> None:
+    """What foreign code prints goes into a file: standard output belongs to the answer."""
+    handle = os.open(said, os.O_WRONLY | os.O_APPEND)
+    os.dup2(handle, 1)
+    os.dup2(handle, 2)
+
+
+def _last_words(said: Path) -> str:
+    lines = said.read_text(encoding="utf-8", errors="replace").split("\n")
+    last = [line.strip() for line in lines if line.strip()]
+    return f" (it said: {last[-1][:160]})" if last else ""
+
+
+def _opened(path: Path, choice: Choice) -> Wiring:
+    """In the other process: read the description and connect it; raises ModelError."""
+    import fmpy
+
+    try:
+        description = fmpy.read_model_description(path)
+        platforms = fmpy.supported_platforms(path)
+    except Exception as error:  # fmpy raises what its parsers raise
+        raise ModelError(f"{path}: not an FMU that can be read ({_line(error)})") from error
+    if description.fmiVersion.startswith("1"):
+        raise ModelError(f"{path}: FMI {description.fmiVersion}: export it as FMI 2.0 or 3.0")
+    if fmpy.platform not in platforms:
+        has = ", ".join(sorted(platforms)) or "no platform"
+        raise ModelError(f"{path}: holds binaries for {has}, this machine is {fmpy.platform}: export it for that")
+    if description.coSimulation is None and description.modelExchange is None:
+        raise ModelError(f"{path}: neither co-simulation nor model exchange: export it as one of them")
+    # Any: fmpy's variables carry no types
+    variables: list[Any] = description.modelVariables
+    of = {
+        causality: [_variable(v, description) for v in variables if v.causality == causality]
+        for causality in ("input", "output")
+    }
+    try:
+        return wired(of["input"], of["output"], [v.name for v in variables], choice)
+    except ModelError as error:
+        raise ModelError(f"{path}: {error}") from error
+
+
+def _variable(found: Any, description: Any) -> Variable:
+    # Any: fmpy's classes carry no types
+    unit = found.unit or (found.declaredType.unit if found.declaredType is not None else None) or ""
+    for definition in description.unitDefinitions:
+        base = definition.baseUnit
+        if definition.name == unit and base is not None and not (base.mol or base.cd or base.rad):
+            powers = (base.kg, base.m, base.s, base.A, base.K)
+            return Variable(name=found.name, unit=unit, dimension=powers, factor=base.factor, offset=base.offset)
+    return _spelled(found.name, unit)
+
+
+def _spelled(name: str, unit: str) -> Variable:
+    """A unit that the FMU does not define, by its usual spelling."""
+    found = _SPELLED.get(unit.replace("²", "2").replace("^", ""))
+    if found is None:
+        return Variable(name=name, unit=unit)
+    measures, factor, offset = found
+    return Variable(name=name, unit=unit, dimension=DIMENSIONS[measures], factor=factor, offset=offset)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Task:
+    """One run for the other process: time from 0 in steps of `dt`, a row of values for every wire."""
+
+    path: Path
+    wiring: Wiring
+    dt: float
+    values: tuple[Floats, ...]
+    label: str
+
+
+def _with_force(
+    pool: ProcessPoolExecutor, path: Path, wiring: Wiring, run: Run, say: Callable[[float, str], None], done: float
+) -> Run:
+    label = run.path.name if run.path is not None else run.run_id
+    say(done, f"{path.name} on {label}")
+    for wire in wiring.inputs:
+        needed = wire.channel if wire.channel in ("current", "temperature") else "displacement"
+        if needed not in run.channels:
+            raise DataError(f"{label}: no channel '{needed}', which drives input '{wire.variable.name}' of {path.name}")
+    motion = motion_of(run)
+    values = tuple(_given(wire, motion) for wire in wiring.inputs)
+    task = _Task(path=path, wiring=wiring, dt=motion.dt, values=values, label=label)
+    force: Floats = pool.submit(_forces, task).result()
+    if force.size < run.samples:  # a periodic run that ends within a period goes on as its periods do
+        force = np.concatenate([force, np.resize(force[-motion.period :], run.samples - force.size)])
+    return with_channel(run, "force_simulated", force, "N")
+
+
+def _given(wire: Wire, motion: Motion) -> Floats:
+    """What the variable is given, in its unit."""
+    factor, offset = wire.gain()
+    rows = dict(zip(("displacement", "velocity", "acceleration"), (motion.x, motion.v, motion.a), strict=True))
+    row = rows.get(wire.channel, motion.i if wire.channel == "current" else motion.temperature)
+    return np.asarray((row - offset) / factor, dtype=np.float64)
+
+
+def _forces(task: _Task) -> Floats:
+    """In the other process: force of the FMU at every sample, N."""
+    import fmpy
+
+    description = fmpy.read_model_description(task.path)
+    together = description.coSimulation is not None
+    fine = _substeps(description, task.dt) if together else 1
+    step, count = task.dt / fine, task.values[0].size
+    time = np.arange((count - 1) * fine + 1, dtype=np.float64) * np.float64(step)
+    reached = [0.0]
+
+    def note(at: float, recorder: object) -> bool:
+        reached[0] = at
+        return True
+
+    output = task.wiring.force.variable.name
+    try:
+        found = fmpy.simulate_fmu(
+            str(task.path),
+            start_time=0.0,
+            stop_time=float(time[-1]),
+            output_interval=step,
+            fmi_type="CoSimulation" if together else "ModelExchange",
+            record_events=False,
+            start_values=dict(task.wiring.parameters),
+            input=_input_table(task, time, step if together else 0.0),
+            output=[output],
+            step_finished=note,
+            model_description=description,
+            remote_platform=None,
+        )
+    except Exception as error:  # fmpy and foreign code raise anything
+        raise SimulationError(
+            f"{task.label}: {task.path.name} fails at t = {reached[0]:.6g} s: {_line(error)}"
+        ) from error
+    force = np.interp(np.arange(count) * task.dt, found["time"], found[output])
+    bad = np.flatnonzero(~np.isfinite(force))
+    if bad.size:
+        raise SimulationError(f"{task.label}: {task.path.name} answers {force[bad[0]]} at t = {bad[0] * task.dt:.6g} s")
+    factor, offset = task.wiring.force.gain()
+    return np.asarray(factor * force + offset, dtype=np.float64)
+
+
+def _substeps(description: Any, dt: float) -> int:
+    """As many steps of co-simulation to a sample as the FMU's own fixed step allows. Any: fmpy carries no types."""
+    fixed = description.coSimulation.fixedInternalStepSize
+    if not fixed:
+        return SUBSTEPS
+    fits = [n for n in range(1, SUBSTEPS + 1) if abs(dt / n / fixed - round(dt / n / fixed)) < 1e-6 * dt / fixed]
+    return max(fits, default=1)
+
+
+def _input_table(task: _Task, time: Floats, ahead: float) -> NDArray[np.void]:
+    """Inputs over time for fmpy, which sets them where a step begins: there stands what holds where it ends.
+
+    So a force that hangs on an input directly has no lag at all. Current is held between samples, motion is a line.
+    """
+    names = [wire.variable.name for wire in task.wiring.inputs]
+    table = np.zeros(time.size, dtype=[("time", np.float64), *((name, np.float64) for name in names)])
+    table["time"] = time
+    sampled = np.arange(task.values[0].size) * task.dt
+    for wire, values in zip(task.wiring.inputs, task.values, strict=True):
+        if wire.channel == "current":
+            at = np.floor((time + ahead) / task.dt + 1e-6).astype(np.int64)
+            table[wire.variable.name] = values[np.minimum(at, values.size - 1)]
+        else:
+            table[wire.variable.name] = np.interp(time + ahead, sampled, values)
+    return table
+
+
+def _line(error: BaseException) -> str:
+    return " ".join(str(error).split())[:200] or type(error).__name__

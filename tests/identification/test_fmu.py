@@ -1,0 +1,210 @@
+"""Somebody else's simulation as an FMU: a real one, compiled here."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+from api.cli.main import main
+from identification.discrepancy import explain
+from identification.errors import DataError, ModelError, SimulationError
+from identification.fmu import Choice, with_fmu
+from identification.fmu.wiring import Variable, wired
+from rigctl.runfile import Run, write_run
+from tests.conftest import missing
+
+SOURCE = Path(__file__).parent / "damper_fmu.c"
+UNITS = """<UnitDefinitions><Unit name="mm"><BaseUnit m="1" factor="0.001"/></Unit>
+<Unit name="m/s"><BaseUnit m="1" s="-1"/></Unit><Unit name="mA"><BaseUnit A="1" factor="0.001"/></Unit>
+<Unit name="kN"><BaseUnit kg="1" m="1" s="-2" factor="1000"/></Unit></UnitDefinitions>"""
+INPUTS = (("stroke", "mm"), ("rate", "m/s"), ("coil", "mA"))
+PARAMETERS = ("c", "c_i", "lag", "fails_at", "how")
+STARTS = (650.0, 0.0, 0.0, 1e300, 0.0)
+
+
+def variables(force: str) -> str:
+    lines = [
+        f'<ScalarVariable name="{name}" valueReference="{k}" causality="input"><Real unit="{unit}" start="0"/>'
+        for k, (name, unit) in enumerate(INPUTS)
+    ]
+    lines += [
+        f'<ScalarVariable name="{name}" valueReference="{k}" causality="parameter" variability="fixed">'
+        f'<Real start="{start}"/>'
+        for k, (name, start) in enumerate(zip(PARAMETERS, STARTS, strict=True), start=3)
+    ]
+    lines.append(f'<ScalarVariable name="{force}" valueReference="8" causality="output"><Real unit="kN"/>')
+    return "".join(f"{line}</ScalarVariable>" for line in lines)
+
+
+def description(force: str) -> str:
+    output = '<Outputs><Unknown index="9"/></Outputs><InitialUnknowns><Unknown index="9"/></InitialUnknowns>'
+    return f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="damper" guid="a damper">
+<CoSimulation modelIdentifier="damper" canHandleVariableCommunicationStepSize="true"/>{UNITS}
+<ModelVariables>{variables(force)}</ModelVariables><ModelStructure>{output}</ModelStructure></fmiModelDescription>"""
+
+
+def packed(path: Path, library: Path, *, force: str = "axial", platform: str = fmpy.platform) -> Path:
+    with zipfile.ZipFile(path, "w") as file:
+        file.writestr("modelDescription.xml", description(force))
+        extension = fmpy.sharedLibraryExtension if platform == fmpy.platform else ".dll"
+        file.write(library, f"binaries/{platform}/damper{extension}")
+    return path
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    compiler = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
+    if compiler is None:
+        missing("no C compiler: put gcc on the PATH")
+    built = tmp_path_factory.mktemp("built") / "damper.so"
+    subprocess.run([str(compiler), "-shared", "-fPIC", "-O1", "-w", str(SOURCE), "-o", str(built), "-lm"], check=True)
+    return built
+
+
+@pytest.fixture(scope="module")
+def fmu(library: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return packed(tmp_path_factory.mktemp("fmu") / "damper.fmu", library)
+
+
+def a_run(k: int, frequency_hz: float, *, friction_n: float = 30.0, lag_s: float = 0.0) -> Run:
+    """The damper of the FMU with another rate, and with dry friction; current in steps."""
+    t = np.arange(2000) / 1000.0
+    phase = 2 * np.pi * frequency_hz * t
+    v = 0.02 * 2 * np.pi * frequency_hz * np.cos(phase)
+    current = 0.5 + 0.5 * (np.floor(t / 0.25) % 2)
+    if lag_s:  # of first order on the viscous force, in steady state
+        shift = np.arctan(2 * np.pi * frequency_hz * lag_s)
+        delayed = 0.02 * 2 * np.pi * frequency_hz * np.cos(shift) * np.cos(phase - shift)
+    else:
+        delayed = v
+    force = 650.0 * delayed + friction_n * np.tanh(v / 0.004) + np.random.default_rng(k).normal(0, 0.5, t.size)
+    return Run(
+        run_id=f"run {k}",
+        created="2026-11-21T00:00:00+00:00",
+        specimen="damper 7",
+        sample_rate_hz=1000.0,
+        period_samples=round(1000 / frequency_hz),
+        excitation_kind="sine",
+        status="complete",
+        channels={"displacement": 0.02 * np.sin(phase), "force": force, "current": current},
+        units={"displacement": "m", "force": "N", "current": "A"},
+    )
+
+
+def test_an_fmu_answers_in_its_own_units_and_without_a_lag_of_its_coupling(fmu: Path) -> None:
+    plain, lagging = (a_run(1, 2.0, friction_n=0.0, lag_s=lag) for lag in (0.0, 0.01))
+    [along] = with_fmu(fmu, [plain])
+    assert along.units["force_simulated"] == "N"
+    error = along.channels["force_simulated"] - plain.channels["force"]
+    assert np.std(error) == pytest.approx(0.5, rel=0.1)  # nothing but the noise
+    [along] = with_fmu(fmu, [lagging], Choice(parameters={"lag": "0.01"}))
+    error = (along.channels["force_simulated"] - lagging.channels["force"])[500:]
+    assert np.std(error) < 0.56  # half a step of coupling, 0.125 ms, beside a lag of 10 ms and the noise
+    wired_to_current = Choice(parameters={"c": "0", "c_i": "100"})
+    [along] = with_fmu(fmu, [plain], wired_to_current)
+    v = 0.02 * 4 * np.pi * np.cos(4 * np.pi * np.arange(2000) / 1000.0)
+    assert np.allclose(along.channels["force_simulated"], 100.0 * plain.channels["current"] * v, atol=0.02)
+
+
+def test_an_effect_is_named_on_top_of_an_fmu_and_what_is_inside_it_is_out_of_reach(
+    fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    paths = []
+    for k, frequency in enumerate((1.0, 2.0, 4.0, 2.5)):
+        paths.append(tmp_path / f"run{k}.h5")
+        write_run(paths[-1], a_run(k, frequency))
+    given = [str(fmu), *map(str, paths[:3]), "--held-out", str(paths[3]), "-o", str(tmp_path / "report"), "--json"]
+    assert main(["explain", *given]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert [(e["element"], e["path"]) for e in report["effects"]] == [("coulomb_friction", "core")]
+    assert report["gap"]["held_out"]["closed"] > 0.95
+    assert any("out of reach" in note for note in report["notes"])
+
+
+def test_an_fmu_that_meets_the_data_leaves_no_discrepancy(fmu: Path) -> None:
+    runs = with_fmu(fmu, [a_run(k, f, friction_n=0.0) for k, f in enumerate((1.0, 2.0, 4.0))])
+    assert explain(None, runs).effects == ()
+
+
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [
+        ("0", ["run 1: damper.fmu fails at t = 0.5", "(it said: the valve model has no solution)"]),
+        ("1", ["run 1: damper.fmu answers nan at t = 0.5"]),
+        ("2", ["the FMU crashed"]),
+    ],
+)
+def test_an_fmu_that_fails_is_said_to_fail_where_it_does(fmu: Path, how: str, words: list[str]) -> None:
+    with pytest.raises(SimulationError) as caught:
+        with_fmu(fmu, [a_run(1, 2.0)], Choice(parameters={"fails_at": "0.5", "how": how}))
+    assert all(word in str(caught.value) for word in words), caught.value
+    assert "\n" not in str(caught.value)
+
+
+def test_what_cannot_be_used_is_refused_in_one_line(
+    fmu: Path, library: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = tmp_path / "run.h5"
+    write_run(run, a_run(1, 2.0))
+    torn = tmp_path / "torn.fmu"
+    torn.write_bytes(b"PK no zip")
+    foreign = packed(tmp_path / "foreign.fmu", library, platform="win32")
+    cases = [
+        ([str(torn)], "not an FMU"),
+        ([str(tmp_path / "absent.fmu")], "absent.fmu"),
+        ([str(foreign)], f"holds binaries for win32, this machine is {fmpy.platform}"),
+        ([str(fmu), "--fmu-output", "stroke"], "'stroke' is no output of the FMU: it has axial (kN)"),
+        ([str(fmu), "--fmu-input", "velocity=nothing"], "no variable 'nothing'"),
+        ([str(fmu), "--fmu-input", "speed=rate"], "'speed': a run drives displacement"),
+        ([str(fmu), "--fmu-set", "c"], "--fmu-set is 'c': write NAME=VALUE"),
+        (["model.json", "--fmu-set", "c=1"], "ends in .fmu"),
+        ([str(fmu), "--fmu-output=-axial"], "the sign of the simulated force is reversed"),
+    ]
+    for arguments, words in cases:
+        assert main(["explain", arguments[0], str(run), *arguments[1:], "-o", str(tmp_path / "out")]) == 2, arguments
+        said = capsys.readouterr().err
+        assert words in said, (arguments, said)
+        assert said.count("\n") == 1
+    passive = a_run(1, 2.0)
+    without = {name: row for name, row in passive.channels.items() if name != "current"}
+    with pytest.raises(DataError, match="no channel 'current', which drives input 'coil'"):
+        with_fmu(fmu, [replace(passive, channels=without)])
+    assert not (tmp_path / "out").exists()
+
+
+FORCE = Variable(name="F", unit="N", dimension=(1, 1, -2, 0, 0))
+LENGTH = Variable(name="a1", unit="m", dimension=(0, 1, 0, 0, 0))
+
+
+def test_variables_are_told_by_what_the_user_says_by_name_and_by_unit() -> None:
+    inputs = [LENGTH, Variable(name="damper.v_rel"), Variable(name="plug")]
+    choice = Choice(inputs={"current": "plug"}, force="-F")
+    wiring = wired(inputs, [FORCE], ["a1", "damper.v_rel", "plug", "F"], choice)
+    assert [wire.channel for wire in wiring.inputs] == ["displacement", "velocity", "current"]
+    assert wiring.force.sign == -1.0
+
+
+@pytest.mark.parametrize(
+    ("inputs", "outputs", "words"),
+    [
+        ([LENGTH], [], "no output is a force: it has none"),
+        ([LENGTH], [LENGTH], "no output is a force: it has a1"),
+        ([LENGTH], [replace(FORCE, name=n) for n in ("left", "right")], "more than one output is a force"),
+        ([LENGTH, replace(LENGTH, name="a2")], [FORCE], r"input a1 \(m\) is not known"),
+        ([Variable(name="x"), Variable(name="s")], [FORCE], "x and s both look like displacement"),
+        ([Variable(name="i")], [FORCE], "no input is a displacement or a velocity"),
+        ([LENGTH, Variable(name="p_ref", unit="bar")], [FORCE], r"input p_ref \(bar\) is not known"),
+    ],
+)
+def test_variables_that_cannot_be_told_are_refused(inputs: list[Variable], outputs: list[Variable], words: str) -> None:
+    with pytest.raises(ModelError, match=words):
+        wired(inputs, outputs, [v.name for v in (*inputs, *outputs)], Choice())
