@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.hidden import Case, case
+from benchmarks.hidden import STANDARD, Case, Conditions, case
 from identification.discrepancy import Explanation, explain
 from identification.errors import IdentificationError
 from identification.physical.modelfile import model_from_json
@@ -15,9 +15,9 @@ from identification.physical.modelfile import model_from_json
 Outcome = dict[str, Any]  # Any: a line of JSON
 
 
-def judge(kind: str, seed: int) -> Outcome:
+def judge(kind: str, seed: int, conditions: Conditions = STANDARD) -> Outcome:
     """Draw the case, explain it, and compare; the answer is one line of JSON."""
-    hidden = case(seed, kind)
+    hidden = case(seed, kind, conditions)
     outcome: Outcome = {
         "kind": kind, "seed": seed, "true": sorted(hidden.effects), "family": hidden.detail.get("family"),
         "unknown": hidden.detail.get("unknown"), "excess": hidden.excess, "mismatch": hidden.mismatch,

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import deepcopy
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
+from benchmarks.hidden.conditions import STANDARD, Conditions
 from benchmarks.hidden.effects import EFFECTS, compatible, fits
 from benchmarks.hidden.evidence import (
     MOST_MISMATCH,
@@ -63,14 +66,22 @@ class Secret:
     detail: dict[str, object] = field(default_factory=dict)
 
 
-def case(seed: int, kind: str) -> Case:
+def case(seed: int, kind: str, conditions: Conditions = STANDARD) -> Case:
     """Draw the case that belongs to this seed and kind, always the same.
 
     Single effects walk through the whole catalogue, and unknown ones through all their kinds, once in each round
-    of seeds. Raises ValueError for a kind that is not one of KINDS.
+    of seeds. Other `conditions` measure the same specimen otherwise. Raises ValueError for a kind that is not one of
+    KINDS.
     """
     if kind not in KINDS:
         raise ValueError(f"kind is {kind!r}: it must be one of {', '.join(KINDS)}")
+    rng, scene, secret = deepcopy(_found(seed, kind))
+    return _measured(rng, seed, kind, *_under(conditions, seed, scene, secret))
+
+
+@lru_cache(maxsize=1)  # under one condition after the other
+def _found(seed: int, kind: str) -> tuple[np.random.Generator, Scene, Secret]:
+    """The specimen with what it hides, and the generator that draws the rest."""
     rng = np.random.default_rng([seed, KINDS.index(kind)])
     for wanted in _wishes(rng, seed, kind):
         machine = _machine_for(rng, wanted)
@@ -79,7 +90,7 @@ def case(seed: int, kind: str) -> Case:
         scene = scene_of(rng, machine)
         secret = _secret(rng, kind, scene, wanted)
         if secret is not None:
-            return _measured(rng, seed, kind, scene, secret)
+            return rng, scene, secret
     raise RuntimeError(f"seed {seed}, {kind}: no machine showed anything in {ATTEMPTS} attempts")
 
 
@@ -194,6 +205,15 @@ def _tamed(scene: Scene, effects: list[Sized]) -> list[Sized]:
             break
         effects = [(replace(effect, departure=0.5 * effect.departure), multiple) for effect, multiple in effects]
     return effects
+
+
+def _under(conditions: Conditions, seed: int, scene: Scene, secret: Secret) -> tuple[Scene, Secret]:
+    """The scene and its secret as the conditions change them; what is drawn here changes no other case."""
+    if conditions == STANDARD:
+        return scene, secret
+    scene = conditions.measured(scene, np.random.default_rng([seed, 99]))
+    gains = np.ones(len(scene.training) + len(scene.held_out))
+    return scene, replace(secret, gains=gains, real=conditions.departed(scene, secret.real))
 
 
 def _measured(rng: np.random.Generator, seed: int, kind: str, scene: Scene, secret: Secret) -> Case:

@@ -149,6 +149,20 @@ def campaign(rng: np.random.Generator, envelope: Envelope) -> tuple[list[Experim
     return _warmed(rng, training), _warmed(rng, held_out)
 
 
+def sines(rng: np.random.Generator, envelope: Envelope, count: int) -> list[Experiment]:
+    """Sines of different level and frequency, current held: what an old test programme has."""
+    return _warmed(rng, [_sine(rng, envelope, level=rng.uniform(0.15, 1.0), wave=False) for _ in range(count)])
+
+
+def extra_run(rng: np.random.Generator, envelope: Envelope) -> Experiment:
+    """One more multisine or sine beside those of the campaign."""
+    if rng.random() < 0.5:
+        one = _multisine(rng, envelope, level=rng.uniform(0.3, 1.0), reach=rng.uniform(1.0, 5.0), wave=True)
+    else:
+        one = _sine(rng, envelope, level=rng.uniform(0.2, 1.0), wave=False)
+    return replace(one, temperature=drifting_temperature(rng, one.samples, rng.uniform(15.0, 58.0)))
+
+
 def _warmed(rng: np.random.Generator, experiments: list[Experiment]) -> list[Experiment]:
     """Body temperatures spread over 15 to 60 °C, one stratum for each run."""
     strata = rng.permutation(len(experiments))

@@ -1,0 +1,60 @@
+"""What the goals hold fixed, varied: noise, number and kind of runs, error of the base curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from benchmarks.hidden.layout import Elements
+from benchmarks.hidden.motion import extra_run, sines
+from benchmarks.hidden.scene import Scene, departed
+
+_REACHED = 0.75  # of what was asked for
+
+
+class OutOfReach(ValueError):
+    """This machine can't be made like that."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Conditions:
+    """How a case is measured; None: as every case is. The specimen and the size of its effect stay the same."""
+
+    noise_share: float | None = None  # of the force's rms
+    runs: int | None = None  # training runs
+    sines_only: bool = False  # in training; the held-out runs stay
+    base_error: float | None = None  # what a refit leaves of the base curve's departure, in units of the usual noise
+
+    def measured(self, scene: Scene, rng: np.random.Generator) -> Scene:
+        """The scene with the noise and the training runs of these conditions."""
+        envelope, count = scene.machine.envelope, self.runs or len(scene.training)
+        training = list(scene.training)
+        if self.sines_only:
+            training = sines(rng, envelope, count)
+        elif self.runs is not None:
+            while len(training) < count:
+                training.append(extra_run(rng, envelope))
+            training = [training[k] for k in rng.permutation(len(training))[:count]]
+        turns = np.concatenate([rng.uniform(size=len(training)), scene.hum_turns[len(scene.training) :]])
+        return replace(
+            scene,
+            training=training,
+            hum_turns=turns,
+            noise_share=scene.noise_share if self.noise_share is None else self.noise_share,
+        )
+
+    def departed(self, scene: Scene, real: Elements) -> Elements:
+        """The specimen with its base curve as far from the textbook's as these conditions say; raises OutOfReach."""
+        if self.base_error is None:
+            return real
+        usual = replace(scene, noise_share=0.009)  # the middle of what cases have: not the noise of these conditions
+        curve = scene.machine.curve
+        elements = departed(usual, 0.1, self.base_error)
+        if usual.leaves(elements)[0] < _REACHED * self.base_error:
+            raise OutOfReach(f"{curve} of this machine can't depart so far that {self.base_error:g} × noise is left")
+        departure = elements[curve]["departure"]
+        return {**real, curve: {**real[curve], "departure": departure}}
+
+
+STANDARD = Conditions()
