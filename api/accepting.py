@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from threading import Lock
+
 from api.errors import InputError
 from api.explain_process import refuse
 from api.explanations import NewExplanation
@@ -10,12 +12,15 @@ from api.records import Explanation
 
 __all__ = ["accepted"]
 
+_ONE_LOOKS = Lock()  # a process that looks takes a processor for a second: many at once would slow down a rig
+
 
 def accepted(here: House, new: NewExplanation) -> Explanation:
     """Accept it; raises NotFound, InputError, DataError, RunFileError or ModelError, and then nothing is kept."""
     runs, held_out = _runs(here, new)
     paths = [[here.files.at(place) for place in here.explanations.locations(ids)] for ids in (runs, held_out)]
-    refuse(new.model, *paths)
+    with _ONE_LOOKS:
+        refuse(new.model, *paths)
     return here.explanations.create(
         name=new.name or _name(here, new), campaign_id=new.campaign, model=new.model, runs=runs, held_out=held_out
     )
