@@ -6,6 +6,7 @@ import logging
 import os
 import socket
 import time
+from shutil import rmtree
 from threading import Event, Thread
 from uuid import uuid4
 
@@ -48,6 +49,8 @@ class Explainer:
                     self._explain(asked)
             except (LeaseLost, StoreError) as error:
                 LOG.error("%s", one_line(error))
+            except Exception:  # a fault of this program ends one explanation, never the worker
+                LOG.exception("explaining ended in a fault of this program")
 
     def _explain(self, asked: Explanation) -> None:
         """Explain it and write down how it ended; raises LeaseLost and StoreError."""
@@ -68,6 +71,8 @@ class Explainer:
                 self._store.give_back(asked.id, self._owner)
                 return
             found = job.finding()
+        if cancelled is not None or found.trouble:
+            rmtree(folder, ignore_errors=True)  # what was begun of a report is none
         if cancelled is not None:
             self._store.end(asked.id, self._owner, ExplanationState.CANCELLED, cancelled)
         elif found.trouble:

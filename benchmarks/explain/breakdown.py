@@ -136,7 +136,8 @@ def main() -> None:
     run(range(first, end), path, arguments.workers)
     outcomes = [o for o in read(path) if o["seed"] in range(first, end)]
     print(table(outcomes))
-    picture(outcomes).write_html(arguments.output / "breakdown.html", include_plotlyjs=True)
+    page = arguments.output / "breakdown.html"
+    picture(outcomes).write_html(page, include_plotlyjs=True, config={"displayModeBar": False})
 
 
 if __name__ == "__main__":

@@ -55,7 +55,8 @@ def selected(columns: Sequence[Floats], targets: Sequence[Floats]) -> tuple[list
     size[size == 0.0] = 1.0
     parts = [_packed(c / size, t / rms) for c, t in zip(columns, targets, strict=True)]
     errors = np.array([[_left_out(parts, k, s) for k in range(len(parts))] for s in THRESHOLDS]) / counts
-    mean, spread = errors.mean(axis=1), errors.std(axis=1) / np.sqrt(errors.shape[1])
+    errors = np.log(errors)  # one run on which a model goes astray must not decide alone
+    mean, spread = errors.mean(axis=1), (errors - errors.mean(axis=0)).std(axis=1) / np.sqrt(errors.shape[1])
     best = int(np.argmin(mean))
     chosen = max(k for k in range(len(THRESHOLDS)) if mean[k] <= mean[best] + spread[best])
     return [np.abs(_solved(parts, s)) > 0.0 for s in THRESHOLDS], chosen
