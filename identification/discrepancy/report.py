@@ -60,7 +60,8 @@ def report_html(e: Explanation, *, reproduce: str = "") -> str:
     """The whole report as one page that opens offline."""
     title = f"{e.given.name or 'Simulation'}: what it is missing"
     return (
-        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>'
+        '<!doctype html><html lang="en"><head><meta charset="utf-8"><link rel="icon" href="data:,">'
+        f"<title>{html.escape(title)}</title>"
         f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body>'
         f"{report_body(e, reproduce=reproduce)}</body></html>\n"
     )
