@@ -7,6 +7,7 @@ from sqlalchemy.exc import IntegrityError
 
 from api.database import writing
 from api.errors import LeaseLost, StoreError
+from api.orders import Asked, Order
 from api.records import Campaign, CampaignState, Lease, RunRecord, TestState
 from api.store import Store, end_campaign, read_campaign, record_event
 from api.tables import campaigns, leases, runs, tests
@@ -82,14 +83,14 @@ class Leased:
             record_event(connection, number, now, f"taken by {self.lease.owner}")
             return read_campaign(connection, campaigns.c.number == number)
 
-    def sign_of_life(self, campaign: Campaign) -> str | None:
-        """Renew the lease; the reason where somebody has asked for the campaign's end."""
+    def sign_of_life(self, campaign: Campaign) -> Order:
+        """Renew the lease; what somebody has asked of the campaign."""
         with writing(self.store.engine) as connection:
             self._hold(connection, self.store.clock())
-            return _abort_reason(connection, campaign)
+            return _order(connection, campaign)
 
-    def progress(self, campaign: Campaign, position: int, phase: str, samples: int, text: str) -> str | None:
-        """Write down how far a running test is; the reason where somebody has asked for the campaign's end."""
+    def progress(self, campaign: Campaign, position: int, phase: str, samples: int, text: str) -> Order:
+        """Write down how far a running test is; what somebody has asked of the campaign."""
         with writing(self.store.engine) as connection:
             self._hold(connection, self.store.clock())
             connection.execute(
@@ -97,7 +98,7 @@ class Leased:
                 .where(tests.c.campaign == campaign.number, tests.c.position == position)
                 .values(state=TestState.RUNNING, phase=phase, samples=samples, text=text)
             )
-            return _abort_reason(connection, campaign)
+            return _order(connection, campaign)
 
     def end_test(self, campaign: Campaign, position: int, state: TestState, text: str) -> None:
         """How a test ended."""
@@ -162,6 +163,7 @@ class Leased:
             raise LeaseLost(f"rig {self.lease.rig}: another worker holds its lease by now")
 
 
-def _abort_reason(connection: Connection, campaign: Campaign) -> str | None:
-    reason = connection.scalar(select(campaigns.c.abort_reason).where(campaigns.c.number == campaign.number))
-    return None if reason is None else str(reason)
+def _order(connection: Connection, campaign: Campaign) -> Order:
+    columns = select(campaigns.c.asked, campaigns.c.abort_reason)
+    row = connection.execute(columns.where(campaigns.c.number == campaign.number)).one()
+    return Order(asked=Asked(row.asked), reason=row.abort_reason)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from functools import partial
 from pathlib import Path
 from threading import Event
@@ -22,6 +23,8 @@ from rigctl.transport import Transport
 from rigctl.warm_up import warmed_up
 
 __all__ = ["adopt_run_files", "play_campaign"]
+
+HOLD_POLL_S = 0.05  # between two tests the rig is switched off
 
 
 class _Ended(Exception):
@@ -62,6 +65,8 @@ def _play_all(leased: Leased, campaign: Campaign, files: RunFiles, watch: Watch)
     transport = connect(campaign.rig)
     try:
         for test in campaign.tests:
+            while watch.should_hold() and not watch.should_stop():
+                time.sleep(HOLD_POLL_S)
             if reason := watch.should_stop():
                 raise _Ended(CampaignState.ABORTED, reason)
             _play_test(leased, campaign, test, files, watch, transport)
@@ -88,6 +93,8 @@ def _play_test(
                 transport,
                 on_progress=watch.on_progress,
                 should_stop=watch.should_stop,
+                should_hold=watch.should_hold,
+                should_return=watch.should_return,
                 specimen=campaign.specimen,
                 campaign_id=campaign.id,
                 test_id=test.name,

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+from api.orders import Asked
+
 __all__ = [
     "Campaign",
     "CampaignState",
@@ -73,6 +75,7 @@ class Campaign:
     warm_up: Mapping[str, Any] | None  # any JSON object, as the configuration of a test is
     state: CampaignState
     reason: str  # why it failed or was aborted
+    asked: Asked  # of it while it runs
     created_at_s: float
     started_at_s: float | None
     ended_at_s: float | None

@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 
 from pydantic import BaseModel, ConfigDict, JsonValue
 
+from api.orders import Asked
 from api.records import (
     Campaign,
     CampaignState,
@@ -68,6 +69,7 @@ class CampaignSummary(_Answer):
     specimen: str
     state: CampaignState
     reason: str
+    asked: Asked
     created: str
     started: str | None
     ended: str | None
@@ -200,6 +202,7 @@ def summary(campaign: Campaign) -> CampaignSummary:
         specimen=campaign.specimen,
         state=campaign.state,
         reason=campaign.reason,
+        asked=campaign.asked,
         created=_time(campaign.created_at_s),
         started=_when(campaign.started_at_s),
         ended=_when(campaign.ended_at_s),

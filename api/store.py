@@ -13,6 +13,7 @@ from sqlalchemy import ColumnElement, Connection, Row, Select, func, select, upd
 from api.campaigns import NewCampaign
 from api.database import migrate, open_engine, reading, writing
 from api.errors import Conflict, NotFound
+from api.orders import ENDS, Asked, then
 from api.records import Campaign, CampaignState, CampaignTest, Event, RigRecord, RunRecord, TestState
 from api.tables import campaigns, events, leases, runs, tests
 
@@ -89,9 +90,13 @@ class Store:
             return _read_campaigns(connection, query)
 
     def abort(self, campaign_id: str, reason: str) -> Campaign:
-        """Ask for the end of a campaign: at once where it waits, by its worker where it runs.
+        """Ask for the end of a campaign, as `ask` does."""
+        return self.ask(campaign_id, Asked.ABORT, reason)
 
-        Raises NotFound, and Conflict where it has ended in another way.
+    def ask(self, campaign_id: str, wish: Asked, reason: str) -> Campaign:
+        """Ask for the end of a campaign, at once where it waits, by its worker where it runs; or hold, or go on.
+
+        Raises NotFound, and Conflict where the campaign is not in a state for that.
         """
         now = self.clock()
         with writing(self.engine) as connection:
@@ -100,15 +105,15 @@ class Store:
             if row is None:
                 raise _unknown(campaign_id)
             match CampaignState(row.state):
-                case CampaignState.ACCEPTED:
+                case CampaignState.RUNNING:
+                    _ask_running(connection, row, wish, reason, now)
+                case CampaignState.ACCEPTED if wish in ENDS:
                     end_campaign(connection, row.number, CampaignState.ABORTED, reason, now)
-                case CampaignState.RUNNING if row.abort_reason is None:
-                    _set(connection, row.number, abort_reason=reason)
-                    record_event(connection, row.number, now, f"abort asked for: {reason}")
-                case CampaignState.DONE | CampaignState.FAILED:
-                    raise Conflict(
-                        f"campaign {campaign_id} is {row.state}: only an accepted or a running one can be aborted"
-                    )
+                case CampaignState.ABORTED if wish in ENDS:
+                    pass
+                case _:
+                    which = "an accepted or a running one" if wish in ENDS else "a running one"
+                    raise Conflict(f"campaign {campaign_id} is {row.state}: only {which} can {_verb(wish)}")
             return read_campaign(connection, campaigns.c.number == row.number)
 
     def runs(self, campaign_id: str) -> tuple[RunRecord, ...]:
@@ -162,6 +167,20 @@ class Store:
             return tuple(connection.scalars(query.order_by(campaigns.c.rig)))
 
 
+def _ask_running(connection: Connection, row: Row[Any], wish: Asked, reason: str, now: float) -> None:
+    """Any: SQLAlchemy's rows know their columns only when they run."""
+    now_asked = then(Asked(row.asked), wish)
+    if now_asked is None:
+        raise Conflict(f"campaign {row.id} is ending, {row.asked} was asked for: it can not {_verb(wish)}")
+    if now_asked != row.asked:
+        _set(connection, row.number, asked=now_asked, abort_reason=reason if now_asked in ENDS else None)
+        record_event(connection, row.number, now, f"{now_asked or 'resume'} asked for: {reason}")
+
+
+def _verb(wish: Asked) -> str:
+    return {Asked.NOTHING: "resume", Asked.ABORT: "be aborted"}.get(wish, str(wish))
+
+
 def record_event(connection: Connection, number: int, at_s: float, text: str) -> None:
     """Write down what happened to a campaign."""
     connection.execute(events.insert().values(campaign=number, at_s=at_s, text=text))
@@ -169,7 +188,7 @@ def record_event(connection: Connection, number: int, at_s: float, text: str) ->
 
 def end_campaign(connection: Connection, number: int, state: CampaignState, reason: str, at_s: float) -> None:
     """Close a campaign: a test that was running ends like the campaign, those that wait are skipped."""
-    _set(connection, number, state=state, reason=reason, ended_at_s=at_s)
+    _set(connection, number, state=state, reason=reason, asked=Asked.NOTHING, ended_at_s=at_s)
     last = TestState.ABORTED if state is CampaignState.ABORTED else TestState.FAILED
     for before, after in ((TestState.RUNNING, last), (TestState.WAITING, TestState.SKIPPED)):
         connection.execute(
@@ -212,6 +231,7 @@ def _campaign(row: Row[Any], of: Sequence[CampaignTest]) -> Campaign:
         warm_up=row.warm_up,
         state=CampaignState(row.state),
         reason=row.reason,
+        asked=Asked(row.asked),
         created_at_s=row.created_at_s,
         started_at_s=row.started_at_s,
         ended_at_s=row.ended_at_s,

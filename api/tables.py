@@ -39,7 +39,8 @@ campaigns = Table(
     Column("warm_up", JSON(none_as_null=True), nullable=True),
     Column("state", String(16), nullable=False),
     Column("reason", Text, nullable=False),
-    Column("abort_reason", Text, nullable=True),  # an abort that was asked for while it runs
+    Column("asked", String(16), nullable=False, server_default=""),  # hold, stop or abort, while it runs
+    Column("abort_reason", Text, nullable=True),  # of a stop or an abort that was asked for while it runs
     Column("created_at_s", Float, nullable=False),
     Column("started_at_s", Float, nullable=True),
     Column("ended_at_s", Float, nullable=True),

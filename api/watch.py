@@ -11,6 +11,7 @@ from typing import Self
 from api.errors import LeaseLost, StoreError, one_line
 from api.leases import Leased
 from api.live import Live
+from api.orders import Asked, Order
 from api.records import Campaign
 from rigctl.progress import Phase, Progress
 
@@ -42,6 +43,7 @@ class Watch:
         self._position = 0
         self._latest: Progress | None = None
         self._reason: str | None = None
+        self._asked = Asked.NOTHING
         self._player_at = self._store_at = now()
         self._ended = Event()
         self._thread = Thread(target=self._carry_on, name=f"watch {campaign.id}", daemon=True)
@@ -69,6 +71,16 @@ class Watch:
             self._reason = SHUTDOWN
         return self._reason
 
+    def should_hold(self) -> bool:
+        """Whether the test must rest: an answer from memory."""
+        self._player_at = self._now()
+        return self._asked is Asked.HOLD
+
+    def should_return(self) -> bool:
+        """Whether a rig that was stopped travels back to mid-stroke: an answer from memory."""
+        self._player_at = self._now()
+        return self._asked is Asked.STOP
+
     def on_progress(self, progress: Progress) -> None:
         """Take note; the store hears of it soon."""
         self._player_at = self._now()
@@ -91,17 +103,18 @@ class Watch:
                 if self._now() - self._store_at > self._leased.lease_s / 2:
                     self._troubled(error)
 
-    def _tell(self) -> str | None:
+    def _tell(self) -> Order:
         with self._lock:
             position, latest, self._latest = self._position, self._latest, None
         if latest is None or latest.phase is Phase.STOPPED:
             return self._leased.sign_of_life(self._campaign)
         return self._leased.progress(self._campaign, position, latest.phase, latest.samples, latest.text)
 
-    def _heard(self, reason: str | None) -> None:
+    def _heard(self, order: Order) -> None:
+        self._asked = order.asked
         if self._reason is None:
-            self._reason = reason
+            self._reason = order.reason
 
     def _troubled(self, error: LeaseLost | StoreError) -> None:
-        self._heard(one_line(error))
+        self._heard(Order(asked=Asked.ABORT, reason=one_line(error)))
         self.trouble = error

@@ -26,7 +26,7 @@ from rigctl.runfile import read_run
 NAME = f"kill-{os.getpid()}"
 WIRES = ("modbus://127.0.0.1:0", f"can://loopback/{NAME}", f"can://loopback/{NAME}-fd?fd=true")
 TOLD = struct.Struct("dI")
-WATCHDOG_S = 0.5
+WATCHDOG_S = PlayerSettings().watchdog_s
 
 
 def host(url: str, folder: Path, told: int) -> None:

@@ -88,8 +88,15 @@ class Axis:
         self._command(Control.HOLD)
         return self._poll(lambda s: s.state is RigState.HOLD and s.arrived, "rest in HOLD")
 
+    def travel_home(self, wanted: Callable[[], bool]) -> None:
+        """Bring the motion to rest, then the piston to mid-stroke without current, as long as that is wanted."""
+        if wanted() and self.status().state in (RigState.HOLD, RigState.ACTIVE):
+            self.hold()
+            self._last = self._insist(lambda: self._transport.direct(0.0, 0.0, CALL_S), STATE_S)
+            self._poll(lambda s: s.arrived or not wanted(), "travel to mid-stroke")
+
     def rest(self, may_go_on: Callable[[Status], bool]) -> None:
-        """Keep the rig in HOLD, alive and watched, until it may go on."""
+        """Keep the rig as it is, at rest, alive and watched, until it may go on."""
         self._watch(may_go_on, lambda s: "", lambda text: None)
 
     def exchange(self, block: SetpointBlock | None, stream: Stream, patience_s: float) -> Reply:

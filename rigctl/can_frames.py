@@ -44,6 +44,7 @@ FD_BLOCK: Final = 9  # set-points in one frame
 FD_CAPTURE: Final = 4  # captured samples in one frame
 END: Final = 0x8000
 FD_END: Final = 0x80
+AGAIN: Final = 1 << 31  # with an acknowledgement of captured samples: send again what follows it
 
 _ROW = np.dtype([("displacement_m", "<i4"), ("current_a", "<i2")])
 _SAMPLE = np.dtype(
@@ -179,12 +180,18 @@ def unpack_stream(frames: dict[int, bytes], commit: bytes, run_id: int) -> tuple
     return from_counts(np.frombuffer(whole, dtype=_ROW), scaling.SETPOINT), sequence, bool(count & END)
 
 
-def pack_stream_fd(rows: NDArray[np.float64], sequence: int, run_id: int, end: bool) -> bytes:
-    """FD: up to nine set-points in one frame of 64 bytes."""
-    body = to_counts(rows, _ROW, scaling.SETPOINT).tobytes().ljust(6 * FD_BLOCK, b"\0")
-    head = struct.pack("<HB", sequence, rows.shape[0] | (FD_END if end else 0))
-    data = head + bytes([crc8(head)]) + body + struct.pack("<H", run_id)
-    return (data + struct.pack("<H", binascii.crc_hqx(data, 0xFFFF))).ljust(64, b"\0")
+def pack_stream_fd(rows: NDArray[np.float64], sequence: int, run_id: int, end: bool) -> list[tuple[int, bytes]]:
+    """FD: up to nine set-points in each frame of 64 bytes, numbered one after the other."""
+    whole, size = to_counts(rows, _ROW, scaling.SETPOINT).tobytes(), _ROW.itemsize
+    frames = []
+    for k in range(0, rows.shape[0], FD_BLOCK):
+        left = rows.shape[0] - k
+        last = FD_END if end and left <= FD_BLOCK else 0
+        head = struct.pack("<HB", (sequence + k // FD_BLOCK) % 0x10000, min(left, FD_BLOCK) | last)
+        body = whole[size * k : size * (k + FD_BLOCK)].ljust(size * FD_BLOCK, b"\0")
+        data = head + bytes([crc8(head)]) + body + struct.pack("<H", run_id)
+        frames.append((STREAM, (data + struct.pack("<H", binascii.crc_hqx(data, 0xFFFF))).ljust(64, b"\0")))
+    return frames
 
 
 def unpack_stream_fd(data: bytes) -> tuple[NDArray[np.float64], int, int, bool] | None:
@@ -222,11 +229,15 @@ def unpack_capture(a: bytes, b: bytes, pressure_pa: float) -> tuple[int, NDArray
     return number, values
 
 
-def pack_capture_fd(values: NDArray[np.float64], first_index: int) -> bytes:
-    """FD: up to four samples in one frame of 64 bytes."""
-    body = to_counts(values, _SAMPLE, scaling.CAPTURE).tobytes().ljust(14 * FD_CAPTURE, b"\0")
-    head = struct.pack("<IBB", first_index, values.shape[0], 0)
-    return head + struct.pack("<H", binascii.crc_hqx(head + body, 0xFFFF)) + body
+def pack_capture_fd(values: NDArray[np.float64], first_index: int) -> list[tuple[int, bytes]]:
+    """FD: up to four samples in each frame of 64 bytes."""
+    whole, size = to_counts(values, _SAMPLE, scaling.CAPTURE).tobytes(), _SAMPLE.itemsize
+    frames = []
+    for k in range(0, values.shape[0], FD_CAPTURE):
+        body = whole[size * k : size * (k + FD_CAPTURE)].ljust(size * FD_CAPTURE, b"\0")
+        head = struct.pack("<IBB", first_index + k, min(values.shape[0] - k, FD_CAPTURE), 0)
+        frames.append((CAPTURE, head + struct.pack("<H", binascii.crc_hqx(head + body, 0xFFFF)) + body))
+    return frames
 
 
 def unpack_capture_fd(data: bytes) -> tuple[int, NDArray[np.float64]] | None:

@@ -22,16 +22,17 @@ from rigctl.loopback_can import LoopbackBus
 from rigctl.registers import check_identity, identity_from, status_from
 from rigctl.transport import HEARTBEATS, SEQUENCES, CaptureBlock, Identity, Reply, SetpointBlock, Status
 
-FD_FRAMES = 48  # of set-points that are sent before the rig is asked what it has: a busy computer takes its time
 FULL_S = 0.1  # for a full queue of the driver
 BACK_OFF_S = 0.001
 SLICE_S = 0.02  # of waiting for one frame
-ACKNOWLEDGE_S = 0.1  # for a block
+ACKNOWLEDGE_S = 0.1  # before the rig is asked once more what it has
 SDO_S = 0.06  # before an unanswered request is sent again
 
 
 class CanTransport:
     """One bus to one rig. `open_bus` opens it when it is needed: nothing is sent before the first call."""
+
+    capture_samples = SEQUENCES  # the rig sends them as they come: an exchange takes in all that have arrived
 
     def __init__(
         self,
@@ -43,8 +44,9 @@ class CanTransport:
         data_bitrate: float = 5e6,
         clock: Clock | None = None,
     ) -> None:
-        self.url, self.block_samples = url, FD_FRAMES * frames.FD_BLOCK if fd else frames.CLASSIC_BLOCK
+        self.url = url
         self._open, self._fd, self._rates = open_bus, fd, (bitrate, data_bitrate)
+        self._units, self._unit_samples = 1, frames.FD_BLOCK if fd else frames.CLASSIC_BLOCK
         self._clock = clock or SystemClock()
         self._bus: can.BusABC | None = None
         self._alive = self._beat = 0
@@ -60,11 +62,9 @@ class CanTransport:
         self._run_id, self._next = run_id, 0
         self._captured: list[NDArray[np.float64]] = []
         self._half: tuple[int, bytes] | None = None
-        self._blocks = (
-            BlockCount(units=FD_FRAMES, unit_samples=frames.FD_BLOCK)
-            if self._fd
-            else BlockCount(units=1, unit_samples=frames.CLASSIC_BLOCK)
-        )
+        self._skipped = self._asked_again = False  # a captured sample was lost: what follows it has arrived
+        self._unanswered: int | None = None  # a block that was sent: late, as far as is known, and not lost
+        self._blocks = BlockCount(units=self._units, unit_samples=self._unit_samples)
         self._lost_power = False
 
     def identify(self, deadline_s: float) -> Identity:
@@ -76,6 +76,18 @@ class CanTransport:
             raise IdentityError(f"{self.url}: a foreign device, not a damper rig ({error})") from error
         check_identity(self.url, head)
         return identity_from(head, self._read_block(table.MACHINE_LIMITS, ends))
+
+    @property
+    def block_samples(self) -> int:
+        return self._units * self._unit_samples
+
+    def _fit(self, high_water_samples: int) -> None:
+        """Make blocks a third of what may be ahead: few round trips, as each takes its time on a busy computer."""
+        third = max(high_water_samples // 3, 1)
+        if self._fd:
+            self._units = max(third // frames.FD_BLOCK, 1)
+        else:
+            self._unit_samples = min(frames.CLASSIC_BLOCK, third)
 
     def _start(self, ends: float) -> None:
         """Handshake: nothing is said to a rig whose heartbeat was not seen."""
@@ -94,6 +106,7 @@ class CanTransport:
         self._write(table.CONFIGURATION.address, words, ends)
         if self._read(table.CONFIGURATION.address, len(words), ends) != words:
             raise IdentityError(f"{self.url}: the rig did not keep its configuration")
+        self._fit(configuration.high_water_samples)
 
     def command(self, control: Control, run_id: int, deadline_s: float) -> Status:
         ends = self._clock.now() + deadline_s
@@ -137,12 +150,17 @@ class CanTransport:
         if run_id != self._run_id:
             self._forget(run_id)
         self._drop_acknowledged(captured)
-        request = sdo.Sdo(kind=sdo.DOWNLOAD, address=table.CAPTURED_ADDRESS, value=captured)
+        self._asked_again |= self._skipped
+        again = frames.AGAIN if self._skipped else 0
+        request = sdo.Sdo(kind=sdo.DOWNLOAD, address=table.CAPTURED_ADDRESS, value=captured | again)
         self._sdo.pop(request.address, None)
-        self._send([*self._pack(block), (frames.SDO_REQUEST, request.pack())])
+        on_its_way = block is not None and block.sequence == self._unanswered
+        self._send([*([] if on_its_way else self._pack(block)), (frames.SDO_REQUEST, request.pack())])
+        self._unanswered = None if block is None else block.sequence
         refused = not self._await_answer(block, request.address, min(ends, self._clock.now() + ACKNOWLEDGE_S))
         if self._status is None or request.address not in self._sdo:
             raise TransportTimeout(f"{self.url}: no answer before the deadline")
+        self._unanswered = None
         return self._reply(refused)
 
     def _pack(self, block: SetpointBlock | None) -> list[tuple[int, bytes]]:
@@ -150,18 +168,8 @@ class CanTransport:
             return []
         rows = np.column_stack([block.displacement_m, block.current_a])
         first = self._blocks.first_unit(block)
-        if not self._fd:
-            return frames.pack_stream(rows, first, block.run_id, block.end_of_stream)
-        parts = [rows[k : k + frames.FD_BLOCK] for k in range(0, rows.shape[0], frames.FD_BLOCK)]
-        return [
-            (
-                frames.STREAM,
-                frames.pack_stream_fd(
-                    part, (first + k) % SEQUENCES, block.run_id, block.end_of_stream and k == len(parts) - 1
-                ),
-            )
-            for k, part in enumerate(parts)
-        ]
+        pack = frames.pack_stream_fd if self._fd else frames.pack_stream
+        return pack(rows, first, block.run_id, block.end_of_stream)
 
     def _await_answer(self, block: SetpointBlock | None, address: int, ends: float) -> bool:
         """Take frames in until the rig has said what became of the block; False where it was refused or is lost."""
@@ -198,7 +206,7 @@ class CanTransport:
     def close(self) -> None:
         if self._bus is not None:
             self._bus.shutdown()
-            self._bus = None
+            self._bus, self._unanswered = None, None
 
     def _send(self, messages: Sequence[tuple[int, bytes]]) -> None:
         if self._clock.now() - self._told_at >= frames.HEARTBEAT_S:
@@ -259,6 +267,7 @@ class CanTransport:
             answer = sdo.unpack(data)
             if answer is not None:
                 self._sdo[answer.address] = answer
+                self._came(answer)
         elif number == frames.CAPTURE and self._fd:
             self._keep(frames.unpack_capture_fd(data))
         elif number == frames.CAPTURE and len(data) == 8:
@@ -269,12 +278,18 @@ class CanTransport:
                 ahead = (sample[0] - self._next + 0x8000) % 0x10000 - 0x8000
                 self._keep((self._next + ahead, sample[1].reshape(1, 5)))
 
+    def _came(self, answer: sdo.Sdo) -> None:
+        """Take note of an acknowledgement that has reached the rig: what comes from now on it has sent since."""
+        if answer.address == table.CAPTURED_ADDRESS and self._asked_again:
+            self._skipped = self._asked_again = False
+
     def _keep(self, found: tuple[int, NDArray[np.float64]] | None) -> None:
         """Keep samples that continue what is here; after a gap the rig sends again from what was acknowledged."""
         if found is None:
             return
         first, values = found
         known = self._next - first
+        self._skipped |= known < 0
         if 0 <= known < values.shape[0]:
             self._captured.append(values[known:])
             self._next += values.shape[0] - known

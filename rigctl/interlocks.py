@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from math import isnan
+from math import isfinite, isnan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rigctl.errors import LimitError
 from rigctl.limits import Limits
 
+MARGIN = 0.02  # of the room between the limits, or of the one limit: inside by so much it is over
 CHANNELS = ("force", "displacement", "current", "temperature", "pressure")
 
 
@@ -42,6 +43,9 @@ def _within(name: str, values: NDArray[np.float64], low: float, high: float, uni
         )
 
 
+FORM = "CHANNEL:LOW:HIGH:ACTION[:DELAY_S[:MARGIN[:RELEASE_S]]]"
+
+
 class Action(StrEnum):
     """What the host does when an interlock trips; the rig has its own, which take the pressure away."""
 
@@ -52,13 +56,19 @@ class Action(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interlock:
-    """A channel that must stay between two values, SI; leaving them for `delay_s` calls for the action."""
+    """A channel that must stay between two values, SI; leaving them for `delay_s` calls for the action.
+
+    It is over when the channel has been inside by `margin` for `release_s`: a value at its limit must not make a test
+    hold and resume for ever. Without a margin that is 2 % of the room between the limits, or of the one that is finite.
+    """
 
     channel: str
     low: float
     high: float
     action: Action
     delay_s: float = 0.0
+    margin: float | None = None
+    release_s: float = 1.0
 
     def __post_init__(self) -> None:
         if self.channel not in CHANNELS:
@@ -67,11 +77,27 @@ class Interlock:
             raise LimitError(f"interlock on {self.channel}: {self.low:g} must lie below {self.high:g}")
         if not 0 <= self.delay_s < 3600:
             raise LimitError(f"interlock on {self.channel}: the delay is {self.delay_s} s, it must lie in 0 … 3600")
+        if not 0 <= self.release_s < 3600:
+            raise LimitError(f"interlock on {self.channel}: the release is {self.release_s} s, it must lie in 0 … 3600")
+        if not 0 <= self.inside_by < (self.high - self.low) / 2:
+            raise LimitError(
+                f"interlock on {self.channel}: the margin is {self.inside_by:g}, "
+                f"it must lie below half the room of {self.high - self.low:g}"
+            )
 
-    def holds(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Say where captured samples (n, 5) lie inside."""
+    @property
+    def inside_by(self) -> float:
+        """How far inside the channel has to be before it is over."""
+        if self.margin is not None:
+            return self.margin
+        finite = [limit for limit in (self.low, self.high) if isfinite(limit)]
+        room = self.high - self.low if len(finite) == 2 else abs(sum(finite))
+        return MARGIN * room
+
+    def holds(self, values: NDArray[np.float64], *, by: float = 0.0) -> NDArray[np.bool_]:
+        """Say where captured samples (n, 5) lie inside, by so much at least."""
         column = values[:, CHANNELS.index(self.channel)]
-        inside: NDArray[np.bool_] = (column >= self.low) & (column <= self.high)
+        inside: NDArray[np.bool_] = (column >= self.low + by) & (column <= self.high - by)
         return inside
 
     def __str__(self) -> str:
@@ -79,25 +105,24 @@ class Interlock:
 
 
 def interlock(text: str) -> Interlock:
-    """Read ``CHANNEL:LOW:HIGH:ACTION`` or ``CHANNEL:LOW:HIGH:ACTION:DELAY``; LimitError with one line otherwise.
+    """Read ``CHANNEL:LOW:HIGH:ACTION[:DELAY_S[:MARGIN[:RELEASE_S]]]``; LimitError with one line otherwise.
 
     >>> interlock("temperature:-20:80:hold").high
     80.0
     """
     parts = text.split(":")
-    if len(parts) not in (4, 5) or parts[3] not in set(Action):
-        raise LimitError(
-            f"interlock {text!r}: it must be CHANNEL:LOW:HIGH:ACTION[:DELAY_S], ACTION one of {', '.join(Action)}"
-        )
+    if not 4 <= len(parts) <= 7 or parts[3] not in set(Action):
+        raise LimitError(f"interlock {text!r}: it must be {FORM}, ACTION one of {', '.join(Action)}")
     try:
-        low, high, delay = (float(part) for part in (parts[1], parts[2], parts[4] if len(parts) == 5 else "0"))
+        low, high, *more = (float(part) for part in (*parts[1:3], *parts[4:]))
     except ValueError as error:
         raise LimitError(f"interlock {text!r}: {error}") from None
-    return Interlock(channel=parts[0], low=low, high=high, action=Action(parts[3]), delay_s=delay)
+    times = dict(zip(("delay_s", "margin", "release_s"), more, strict=False))
+    return Interlock(channel=parts[0], low=low, high=high, action=Action(parts[3]), **times)
 
 
 class Watch:
-    """Follows captured samples and says which interlocks trip; one that has tripped rests until it is inside again."""
+    """Follows captured samples and says which interlocks trip; one that has tripped rests until it is well inside."""
 
     def __init__(self, interlocks: Sequence[Interlock], sample_rate_hz: float) -> None:
         self._interlocks, self._rate_hz = tuple(interlocks), sample_rate_hz
@@ -114,8 +139,45 @@ class Watch:
             if sample is not None and not self._resting[k]:
                 found.append(one)
                 self._resting[k] = True
-            self._resting[k] = self._resting[k] and bool(violated[-1])
+            self._resting[k] = self._resting[k] and not one.holds(values[-1:], by=one.inside_by)[0]
         return tuple(found)
+
+    def begin_again(self) -> None:
+        """After a hold nothing rests: what is still, or again, outside trips anew."""
+        self._lasting = [0] * len(self._interlocks)
+        self._resting = [False] * len(self._interlocks)
+
+
+class Rest:
+    """Watches a test that holds: whether what it holds for is over, and what has to end it meanwhile.
+
+    Looks come when they come; what counts is the rig's sample index.
+    """
+
+    def __init__(self, holding: Interlock | None, interlocks: Sequence[Interlock], sample_rate_hz: float) -> None:
+        self._holding, self._rate_hz = holding, sample_rate_hz
+        self._stops = tuple(one for one in interlocks if one.action is Action.STOP)
+        self._since: dict[Interlock | None, int] = {}  # None: the one that it holds for, well inside
+
+    def over(self, values: NDArray[np.float64], sample_index: int) -> bool:
+        """Look at one sample, (1, 5): what the test holds for has been over for long enough."""
+        one = self._holding
+        if one is None:
+            return True
+        return self._lasts(None, bool(one.holds(values, by=one.inside_by)[0]), sample_index, one.release_s)
+
+    def stops(self, values: NDArray[np.float64], sample_index: int) -> Interlock | None:
+        """Look at the same sample: the interlock that ends the test."""
+        for one in self._stops:
+            if self._lasts(one, not one.holds(values)[0], sample_index, one.delay_s):
+                return one
+        return None
+
+    def _lasts(self, what: Interlock | None, true: bool, sample_index: int, seconds: float) -> bool:
+        if not true:
+            self._since.pop(what, None)
+            return False
+        return sample_index - self._since.setdefault(what, sample_index) >= seconds * self._rate_hz
 
 
 def first_trip(violated: NDArray[np.bool_], lasting: int, needed: int) -> tuple[int | None, int]:

@@ -14,6 +14,7 @@ import tempfile
 import time
 from collections import deque
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ import can
 _HEAD = struct.Struct("<IB")
 _FD = 1 << 30
 _EXTENDED = 1 << 31
-_LARGEST = 64
+_ROOM = 1 << 20  # bytes that wait for a host
 
 
 def socket_path(name: str) -> Path:
@@ -38,7 +39,7 @@ class LoopbackBus(can.BusABC):
     def __init__(self, channel: str, *, listen: bool = False, fd: bool = False, **_: Any) -> None:
         self.channel_info = f"loopback {channel}"
         self._path, self._fd = socket_path(channel), fd
-        self._buffer = bytearray()
+        self._buffer, self._unsent = bytearray(), bytearray()
         self._waiting: deque[can.Message] = deque()
         self._listener = _listen(self._path) if listen else None
         self._peer: socket.socket | None = None if listen else _connect(self._path)
@@ -49,16 +50,31 @@ class LoopbackBus(can.BusABC):
         self.send_all([msg])
 
     def send_all(self, messages: Sequence[can.Message]) -> None:
-        """Send frames in one go; without a host at the other end they go nowhere, as on an open bus."""
+        """Send frames in one go; without a host at the other end they go nowhere, as on an open bus.
+
+        The rig's end never waits for its host, whose frames are lost where it does not read them.
+        """
         data = b"".join(self._encode(message) for message in messages)
-        if self._peer is None or not data:
+        if self._peer is None:
             return
         try:
-            self._peer.sendall(data)
+            if self._listener is None:
+                self._peer.sendall(data)
+            else:
+                self._offer(data)
         except (BlockingIOError, TimeoutError) as error:
             raise can.CanOperationError("the other end does not read its frames") from error
         except OSError as error:
             self._lost(error)
+
+    def _offer(self, data: bytes) -> None:
+        """Send what the host takes at once and keep the rest, up to what a controller would have room for."""
+        assert self._peer is not None
+        if len(self._unsent) < _ROOM:
+            self._unsent += data
+        with suppress(BlockingIOError):
+            while self._unsent:
+                del self._unsent[: self._peer.send(self._unsent, socket.MSG_DONTWAIT)]
 
     def _encode(self, message: can.Message) -> bytes:
         if message.is_fd and not self._fd:
@@ -83,7 +99,7 @@ class LoopbackBus(can.BusABC):
             return False
         if self._peer is None and self._listener is not None:
             self._peer = self._listener.accept()[0]
-            self._peer.settimeout(1.0)
+            self._peer.setblocking(False)
             return True
         try:
             data = source.recv(1 << 16)
@@ -121,6 +137,7 @@ class LoopbackBus(can.BusABC):
             self._peer.close()
         self._peer = None
         self._buffer.clear()
+        self._unsent.clear()
         if self._listener is None:
             raise can.CanOperationError(f"{self.channel_info}: {error}") from error
 

@@ -25,6 +25,7 @@ class ModbusTransport:
     """One connection to one rig; a failed call drops it: a late answer is never taken for the next."""
 
     block_samples = table.BLOCK_SAMPLES
+    capture_samples = table.CAPTURE_SAMPLES
 
     def __init__(
         self, host: str, port: int, *, clock: Clock | None = None, client: ModbusTcpClient | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,8 +13,9 @@ from rigctl.address import connect
 from rigctl.axis import Axis
 from rigctl.clock import Clock, SystemClock
 from rigctl.errors import GateError, InterlockTripped, LimitError, RigError, RigFault, TransportError
-from rigctl.interlocks import Action, Interlock, Watch, check_waveform
+from rigctl.interlocks import Action, Interlock, Rest, Watch, check_waveform
 from rigctl.limits import Configuration, Limits, tighter
+from rigctl.priority import ahead
 from rigctl.progress import Phase, Progress
 from rigctl.recording import Labels, Recorder, file_stem, free_path, template
 from rigctl.stream import Stream, StreamPlan
@@ -23,7 +24,8 @@ from rigctl.waveform import Waveform, with_ramps
 
 __all__ = ["PlayerSettings", "connect", "file_stem", "play"]
 
-PREFILL_S = 0.5  # what lies ready before the rig starts, where half the FIFO holds it
+PREFILL_S = 1.5  # what lies ready before the rig starts, at most half of what may be ahead
+AHEAD_S = 2.5  # what the rig has at most before it is due, where three quarters of the FIFO hold it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,18 +35,21 @@ class PlayerSettings:
     ramp_s: float = 1.0
     settle_s: float = 0.0  # at full size before it counts; of periodic excitations only
     limits: Limits | None = None  # tighter than the machine's
+    watchdog_s: float = 1.0  # the rig comes to rest when nothing was heard of this computer for so long
     link_patience_s: float = 2.0  # exchanges are tried again for so long
     stall_s: float = 5.0  # without any progress of the rig
     gate_s: float = 3600.0  # of the rig's time, for the temperature gate and for an interlock that holds
     interlocks: tuple[Interlock, ...] = ()
     report_s: float = 0.1
-    poll_s: float = 0.004
+    poll_s: float = 0.01
 
     def __post_init__(self) -> None:
         if not 0 < self.ramp_s < 3600:
             raise LimitError(f"ramp is {self.ramp_s} s: it must lie above 0 and below 3600")
         if not 0 <= self.settle_s < 3600:
             raise LimitError(f"settle is {self.settle_s} s: it must lie in 0 … 3600")
+        if not 0.25 <= self.watchdog_s <= 10:
+            raise LimitError(f"watchdog is {self.watchdog_s} s: it must lie in 0.25 … 10")
 
 
 class _Stopped(Exception):
@@ -59,6 +64,7 @@ def play(
     on_progress: Callable[[Progress], None] = lambda progress: None,
     should_stop: Callable[[], str | None] = lambda: None,
     should_hold: Callable[[], bool] = lambda: False,
+    should_return: Callable[[], bool] = lambda: False,
     clock: Clock | None = None,
     specimen: str = "",
     campaign_id: str = "",
@@ -70,7 +76,8 @@ def play(
 
     The file's status is ``complete``, or ``aborted`` when `should_stop` gave a reason. The rig ends disabled.
     As long as `should_hold` says so the rig rests where it came to a stop, under power; then it leads in again and
-    goes on with the first sample that is not recorded yet. The file tells of both in its events.
+    goes on with the first sample that is not recorded yet. The file tells of both in its events. Where
+    `should_return` says so, a rig that was stopped travels back to mid-stroke, without current, before it is disabled.
 
     Raises
     ------
@@ -96,8 +103,10 @@ def play(
         on_progress=on_progress,
         should_stop=should_stop,
         should_hold=should_hold,
+        should_return=should_return,
     )
-    return player.run()
+    with ahead() if clock is None else nullcontext():
+        return player.run()
 
 
 @dataclass(slots=True, kw_only=True)
@@ -111,6 +120,7 @@ class _Player:
     on_progress: Callable[[Progress], None]
     should_stop: Callable[[], str | None]
     should_hold: Callable[[], bool]
+    should_return: Callable[[], bool]
     reported_at: float = float("-inf")
     stream: Stream | None = None
     waveform: Waveform | None = None
@@ -127,6 +137,8 @@ class _Player:
         try:
             axis.prepare(configuration)
             self._wait(axis)
+            before = Rest(None, (), configuration.sample_rate_hz)
+            axis.rest(lambda status: self._may_go_on(status, 0, before))  # held before it began: the power stays off
             axis.confirm()
             self._report(Phase.STARTING)
             self._play_on(axis, configuration, identity)
@@ -147,6 +159,7 @@ class _Player:
             if self._complete:
                 return
             self.waveform = self._waveform(recorder.samples, configuration.limits)
+            watch.begin_again()
             axis.begin_another()
             self._report(Phase.RESUMING)
 
@@ -178,23 +191,30 @@ class _Player:
             return
         recorder.event(f"hold, {self.holding}" if self.holding else "hold")
         ends = came.sample_index + round(self.settings.gate_s * self.test.excitation.sample_rate_hz)
-        axis.rest(lambda status: self._may_go_on(status, ends))
+        rest = Rest(self.holding, self.settings.interlocks, self.test.excitation.sample_rate_hz)
+        axis.rest(lambda status: self._may_go_on(status, ends, rest))
         recorder.event("resumed")
         self.holding = None
 
-    def _may_go_on(self, status: Status, ends: int) -> bool:
+    def _may_go_on(self, status: Status, ends: int, rest: Rest) -> bool:
         self._stop_if_asked()
-        self._report(Phase.HOLD, str(self.holding or ""))
-        if self.holding is not None and not self.holding.holds(status.measured)[0]:
-            if status.sample_index >= ends:
-                raise GateError(f"still outside after {self.settings.gate_s:g} s of holding: {self.holding}")
+        if (stop := rest.stops(status.measured, status.sample_index)) is not None:
+            raise InterlockTripped(str(stop))
+        outside = not rest.over(status.measured, status.sample_index)
+        if outside and status.sample_index >= ends:
+            raise GateError(f"still outside after {self.settings.gate_s:g} s of holding: {self.holding}")
+        if outside or self.should_hold():
+            self._report(Phase.HOLD, str(self.holding or ""))
             return False
-        return not self.should_hold()
+        return True
 
     def _end(self, axis: Axis, error: BaseException) -> Path:
         """Make the rig safe, then the file true, then tell: after anything that went other than planned."""
         status = "truncated" if isinstance(error, TransportError) else "aborted"
         tell, self.on_progress = self.on_progress, _tell_nobody  # what is told may raise: safe comes first
+        if isinstance(error, _Stopped):
+            with suppress(RigError, KeyboardInterrupt):
+                axis.travel_home(self.should_return)
         trouble = _safe_despite_interrupts(axis)
         path = None
         if self.recorder is not None:
@@ -226,12 +246,14 @@ class _Player:
         limits = identity.limits
         if self.settings.limits is not None:
             limits = tighter(limits, self.settings.limits)
-        rate = self.test.excitation.sample_rate_hz
+        rate, fifo = self.test.excitation.sample_rate_hz, identity.fifo_samples
+        most = min(round(AHEAD_S * rate), fifo * 3 // 4)
         return Configuration(
             sample_rate_hz=rate,
-            prefill_samples=min(max(identity.fifo_samples // 4, round(PREFILL_S * rate)), identity.fifo_samples // 2),
-            low_water_samples=identity.fifo_samples // 4,
-            high_water_samples=identity.fifo_samples * 3 // 4,
+            prefill_samples=min(round(PREFILL_S * rate), most // 2),
+            low_water_samples=most // 3,
+            high_water_samples=most,
+            heartbeat_s=self.settings.watchdog_s,
             limits=limits,
         )
 
@@ -268,7 +290,7 @@ class _Player:
                 run_id=axis.run_id,
                 displacement_m=waveform.displacement_m,
                 current_a=waveform.current_a,
-                block_samples=self.transport.block_samples,
+                block_samples=min(self.transport.block_samples, max(configuration.high_water_samples // 2, 1)),
                 fifo_samples=identity.fifo_samples,
                 prefill_samples=configuration.prefill_samples,
                 high_water_samples=configuration.high_water_samples,
@@ -296,7 +318,7 @@ class _Player:
                 progress, progressed_at = reached, now
             elif now - progressed_at > self.settings.stall_s:
                 raise TransportError(f"{self.transport.url}: the rig has played nothing for {self.settings.stall_s} s")
-            if block is None and fresh is None:
+            if block is None and (fresh is None or fresh.samples < self.transport.capture_samples):
                 self.clock.sleep(self.settings.poll_s)
 
     def _act_on(self, tripped: tuple[Interlock, ...], recorder: Recorder) -> None:

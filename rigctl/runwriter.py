@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from rigctl.durable import sync_directory, sync_file
 from rigctl.errors import RunFileError
+from rigctl.priority import behind
 from rigctl.runfile import (
     EVENT_BYTES,
     STATUSES,
@@ -86,7 +87,7 @@ class RunWriter:
             self._channels = _lay_out(self._file, template)
             self._event_times, self._event_texts = self._file["events/time"], self._file["events/text"]
             self._file.swmr_mode = True
-            self._disk = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fsync")
+            self._disk = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fsync", initializer=behind)
             self._sync: Future[None] | None = None
             self._lock = os.open(unborn, os.O_RDONLY)
             lock_part(self._lock, exclusive=False)

@@ -127,7 +127,12 @@ class Transport(Protocol):
 
     @property
     def block_samples(self) -> int:
-        """Most set-points that one exchange carries."""
+        """Most set-points that one exchange carries, once the rig is configured."""
+        ...
+
+    @property
+    def capture_samples(self) -> int:
+        """Most captured samples that one exchange brings back; fewer: the rig has no more at the moment."""
         ...
 
     def identify(self, deadline_s: float) -> Identity: ...

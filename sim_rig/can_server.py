@@ -23,11 +23,11 @@ from sim_rig.faulty_wire import FaultyWire, flip
 from sim_rig.registers import RegisterDevice
 from sim_rig.rig import SimulatedRig
 
-TICK_S = 0.002
+TICK_S = 0.004
 STATUS_S = 0.01
 HEALTH_S = 0.1
-WINDOW = 512  # captured samples that may be under way unacknowledged
-AGAIN_S = 0.15  # without an acknowledgement: sent again from there
+WINDOW, FD_WINDOW = 512, 2048  # captured samples that may be under way unacknowledged
+AGAIN_S = 0.5  # without an acknowledgement: sent again from there, then after twice the time, and so on
 
 
 Frame: TypeAlias = tuple[int, bytes]
@@ -42,7 +42,7 @@ class CanDevice:
         self._staged: dict[int, int] = {}
         self._parts: dict[int, bytes] = {}
         self._refused, self._beats = False, 0
-        self._sent, self._run_id, self._moved_at = 0, -1, now()
+        self._sent, self._run_id, self._moved_at, self._again_s = 0, -1, now(), AGAIN_S
         self._status_at = self._health_at = float("-inf")
         self._last_status = b""
         self._out: list[tuple[int, bytes]] = []
@@ -187,7 +187,9 @@ class CanDevice:
             self._registers.write(request.address, [request.value >> 16])
             return 0
         if request.address == table.CAPTURED_ADDRESS:
-            self._acknowledge(request.value)
+            self._acknowledge(request.value & ~frames.AGAIN)
+            if request.value & frames.AGAIN:
+                self._sent = self._rig.controller.store.first_index
             return 0
         block = table.CONFIGURATION
         if not block.address <= request.address < block.address + block.count:
@@ -205,20 +207,18 @@ class CanDevice:
         run_id = self._rig.controller.fifo.run_id
         self._rig.exchange(None, run_id, captured, self._beats, frames.FD_CAPTURE)
         if self._rig.controller.store.first_index != before:
-            self._moved_at = self._now()
+            self._moved_at, self._again_s = self._now(), AGAIN_S
 
     def _send_captured(self, now: float) -> None:
         store = self._rig.controller.store
         if store.run_id != self._run_id or self._sent < store.first_index:
             self._run_id, self._sent, self._moved_at = store.run_id, store.first_index, now
-        if self._sent > store.first_index and now - self._moved_at > AGAIN_S:
-            self._sent, self._moved_at = store.first_index, now
+        if self._sent > store.first_index and now - self._moved_at > self._again_s:
+            self._sent, self._moved_at, self._again_s = store.first_index, now, 2 * self._again_s
         ahead = self._sent - store.first_index
-        values = store.fetch(WINDOW).values[ahead:]
+        values = store.fetch(FD_WINDOW if self._fd else WINDOW).values[ahead:]
         if self._fd:
-            for k in range(0, values.shape[0], frames.FD_CAPTURE):
-                part = values[k : k + frames.FD_CAPTURE]
-                self._out.append((frames.CAPTURE, frames.pack_capture_fd(part, self._sent + k)))
+            self._out.extend(frames.pack_capture_fd(values, self._sent))
         else:
             self._out.extend(frames.pack_capture(values, self._sent))
         self._sent += values.shape[0]

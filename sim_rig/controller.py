@@ -13,7 +13,7 @@ from rigctl.limits import Configuration, Limits, tighter
 from rigctl.transport import CaptureBlock, SetpointBlock
 from sim_rig.detectors import Detectors, check_setpoints
 from sim_rig.errors import RequestRefused
-from sim_rig.fifo import CaptureStore, SetpointFifo
+from sim_rig.fifo import FIFO_SAMPLES, CaptureStore, SetpointFifo
 from sim_rig.states import after_command, after_fault, after_reset
 from sim_rig.trajectory import stop, travel
 
@@ -45,12 +45,14 @@ class Controller:
     Whatever goes wrong, the command decelerates within the limits to a hold set-point, never with a step.
     """
 
-    def __init__(self, plant: Plant, limits: Limits, *, waits: bool, at_m: float = 0.0) -> None:
+    def __init__(
+        self, plant: Plant, limits: Limits, *, waits: bool, at_m: float = 0.0, fifo_samples: int = FIFO_SAMPLES
+    ) -> None:
         self._plant, self._machine, self._waits = plant, limits, waits
         self.state = RigState.DISABLED
         self.faults = self.first_fault = self.standing = Fault.NONE
         self.configuration = Configuration(limits=limits)
-        self.fifo, self.store = SetpointFifo(), CaptureStore()
+        self.fifo, self.store = SetpointFifo(capacity=fifo_samples), CaptureStore()
         self.sample_index = self.underruns = self.overruns = 0
         self.detector = 0  # which one acted first, of rigctl.device.DETECTORS
         self.history: deque[Fault] = deque(maxlen=HISTORY)  # the newest first
@@ -97,7 +99,8 @@ class Controller:
             self._reset()
         self._control = control
         if run_id != self.fifo.run_id and not self.state.moving:
-            self.fifo, self.store = SetpointFifo(run_id=run_id), CaptureStore(run_id=run_id)
+            self.fifo = SetpointFifo(run_id=run_id, capacity=self.fifo.capacity)
+            self.store = CaptureStore(run_id=run_id)
         self._settle()
 
     def _reset(self) -> None:
@@ -145,7 +148,7 @@ class Controller:
         last = self.fifo.last_m
         accepted = self.fifo.accept(block)
         if self.fifo.consumed + self.fifo.level > known:
-            rows = self.fifo.peek(self.fifo.level)[-block.samples :]
+            rows = self.fifo.newest(block.samples)
             before = float(rows[0, 0]) if last is None else last
             good, fault = check_setpoints(rows, before, self.configuration.limits, self.rate_hz)
             if good < rows.shape[0]:

@@ -17,6 +17,7 @@ class DirectTransport:
 
     url = "direct://sim_rig"
     block_samples = modbus_map.BLOCK_SAMPLES
+    capture_samples = modbus_map.CAPTURE_SAMPLES
 
     def __init__(self, rig: SimulatedRig, clock: Clock, *, call_s: float = 0.0005) -> None:
         self._rig, self._clock, self._call_s = rig, clock, call_s

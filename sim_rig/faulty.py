@@ -43,6 +43,10 @@ class FaultyTransport:
     def block_samples(self) -> int:
         return self._inner.block_samples
 
+    @property
+    def capture_samples(self) -> int:
+        return self._inner.capture_samples
+
     def identify(self, deadline_s: float) -> Identity:
         return self._carry(self._inner.identify, deadline_s)
 

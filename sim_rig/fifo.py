@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from rigctl.transport import NO_SEQUENCE, SEQUENCES, CaptureBlock, SetpointBlock
 
-FIFO_SAMPLES = 4096
-CAPTURE_SAMPLES = 16384
+FIFO_SAMPLES = 16384  # 3.3 s at 5 kHz: what an ordinary computer may be late
+CAPTURE_SAMPLES = 32768
 
 
 @dataclass(slots=True)
@@ -26,11 +26,16 @@ class SetpointFifo:
     duplicates: int = 0
     gaps: int = 0
     last_m: float | None = None  # the last accepted set-point
-    _rows: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 2)))
+    _first: int = 0  # of what is not played yet
+    _last: int = 0
+    _rows: NDArray[np.float64] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._rows = np.empty((2 * self.capacity, 2))
 
     @property
     def level(self) -> int:
-        return int(self._rows.shape[0])
+        return self._last - self._first
 
     @property
     def free(self) -> int:
@@ -49,19 +54,30 @@ class SetpointFifo:
             return False
         if block.samples > self.free:
             return False
-        rows = np.column_stack([block.displacement_m, block.current_a])
-        self._rows = np.concatenate([self._rows, rows])
+        self._append(np.column_stack([block.displacement_m, block.current_a]))
         self.last_accepted, self.ended = block.sequence, block.end_of_stream
-        self.last_m = float(rows[-1, 0])
+        self.last_m = float(block.displacement_m[-1])
         return True
+
+    def _append(self, rows: NDArray[np.float64]) -> None:
+        if self._last + rows.shape[0] > self._rows.shape[0]:  # at the end of the memory: back to its beginning
+            level = self.level
+            self._rows[:level] = self._rows[self._first : self._last]
+            self._first, self._last = 0, level
+        self._rows[self._last : self._last + rows.shape[0]] = rows
+        self._last += rows.shape[0]
 
     def peek(self, count: int) -> NDArray[np.float64]:
         """Look at the next set-points, (n, 2): displacement m, current A."""
-        return self._rows[:count]
+        return self._rows[self._first : min(self._first + count, self._last)].copy()
+
+    def newest(self, count: int) -> NDArray[np.float64]:
+        """Look at the last set-points that were accepted, (count, 2)."""
+        return self._rows[self._last - count : self._last].copy()
 
     def drop(self, count: int) -> None:
         """Forget set-points that were played."""
-        self._rows = self._rows[count:]
+        self._first += count
         self.consumed += count
 
 

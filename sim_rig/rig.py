@@ -29,10 +29,11 @@ class SimulatedRig:
         now: Callable[[], float],
         serial: str = "1",
         faults: Faults | None = None,
+        fifo_samples: int = FIFO_SAMPLES,
     ) -> None:
         self._now, self._pace = now, Pace(speed, now)
         self._plant, self.faults = plant, faults or Faults()
-        self.controller = Controller(plant, MACHINE, waits=self._pace.waits)
+        self.controller = Controller(plant, MACHINE, waits=self._pace.waits, fifo_samples=fifo_samples)
         self.starts = 1  # how often it was switched on
         self._serial = serial
         self._beat_value, self._beat_at = -1, now()
@@ -49,7 +50,7 @@ class SimulatedRig:
             channel_count=5,
             sample_rate_min_hz=100.0,
             sample_rate_max_hz=5000.0,
-            fifo_samples=FIFO_SAMPLES,
+            fifo_samples=self.controller.fifo.capacity,
             capture_samples=CAPTURE_SAMPLES,
             capabilities=Capability.CURRENT | Capability.SIMULATED,
             limits=MACHINE,
@@ -164,7 +165,11 @@ class SimulatedRig:
     def _lose_power(self) -> None:
         """Be as after a start: disabled where the piston stands, with no memory of any run."""
         self.controller = Controller(
-            self._plant, MACHINE, waits=self._pace.waits, at_m=float(self.controller.measured[1])
+            self._plant,
+            MACHINE,
+            waits=self._pace.waits,
+            at_m=float(self.controller.measured[1]),
+            fifo_samples=self.controller.fifo.capacity,
         )
         self._beat_value, self._beat_at = -1, self._now()
 

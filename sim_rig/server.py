@@ -8,10 +8,12 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
 from rigctl.address import CanAddress, can_address, host_and_port, open_bus
 from rigctl.errors import UrlError
+from rigctl.priority import ahead
 from sim_rig.draw import Truth, draw, write_truth
 from sim_rig.errors import SimRigError
 from sim_rig.faults import Faults, fault_order
@@ -69,10 +71,11 @@ def serve(
     rig, truth = build_rig(specimen, hide=hide, seed=seed, speed=speed, now=time.monotonic, faults=faults)
     if reveal is not None:
         write_truth(truth, Path(reveal))
-    if over_can is not None:
-        _serve_can(rig, url, over_can, on_ready)
-    else:
-        asyncio.run(_until_signalled(rig, host, port, on_ready))
+    with ahead() if speed == 1 else nullcontext():  # a true clock; a faster one is an upper bound only
+        if over_can is not None:
+            _serve_can(rig, url, over_can, on_ready)
+        else:
+            asyncio.run(_until_signalled(rig, host, port, on_ready))
 
 
 def _serve_can(rig: SimulatedRig, url: str, address: CanAddress, on_ready: Callable[[str], None]) -> None:

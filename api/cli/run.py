@@ -26,7 +26,7 @@ def run(
     interlock: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="CHANNEL:LOW:HIGH:ACTION[:DELAY_S]",
+            metavar="CHANNEL:LOW:HIGH:ACTION[:DELAY_S[:MARGIN[:RELEASE_S]]]",
             help="What must stay between two values (SI) or else: indicate, hold or stop.",
         ),
     ] = None,

@@ -11,6 +11,7 @@ from pydantic import JsonValue
 from api.campaigns import NewCampaign
 from api.house import Here
 from api.loops import loops
+from api.orders import Asked
 from api.records import CampaignState
 from api.shapes import (
     CampaignAnswer,
@@ -61,6 +62,24 @@ def one(campaign_id: str, here: Here) -> CampaignAnswer:
 def abort(campaign_id: str, here: Here) -> CampaignSummary:
     """Ask for its end: at once where it waits; where it runs, the rig stops within its own limits first."""
     return summary(here.store.abort(campaign_id, "an abort was asked for over HTTP"))
+
+
+@router.post("/{campaign_id}/stop", status_code=202)
+def stop(campaign_id: str, here: Here) -> CampaignSummary:
+    """Ask for its end in order: the rig comes to rest, travels back to mid-stroke without current, and powers off."""
+    return summary(here.store.ask(campaign_id, Asked.STOP, "a stop was asked for over HTTP"))
+
+
+@router.post("/{campaign_id}/hold", status_code=202)
+def hold(campaign_id: str, here: Here) -> CampaignSummary:
+    """Ask a running one to wait: the rig comes to rest under power; between two tests it stays switched off."""
+    return summary(here.store.ask(campaign_id, Asked.HOLD, "over HTTP"))
+
+
+@router.post("/{campaign_id}/resume", status_code=202)
+def resume(campaign_id: str, here: Here) -> CampaignSummary:
+    """Let one that holds go on with the first sample that is not recorded yet."""
+    return summary(here.store.ask(campaign_id, Asked.NOTHING, "over HTTP"))
 
 
 @router.get("/{campaign_id}/runs")

@@ -25,6 +25,9 @@ SHORT = {**SINE, "cycles": 3}
 LONG = {**SINE, "cycles": 400}
 
 
+VISIBLE = "[...document.querySelectorAll('.orders button')].filter(b => b.offsetParent).map(b => b.id)"
+
+
 def campaign(rig: str, *tests: dict[str, Any]) -> dict[str, Any]:
     named = [{"name": f"test {k}", **test} for k, test in enumerate(tests)]
     return {"name": "check", "rig": rig, "specimen": "damper 7", "tests": named}
@@ -73,6 +76,35 @@ def test_an_abort_stops_the_rig_soon_and_keeps_what_was_captured(service: Child,
     assert rig_state(rig) == "DISABLED"
     [run] = get(service.url, f"/v1/campaigns/{asked['id']}/runs")["runs"]
     assert (run["status"], run["samples"] > 0) == ("aborted", True)
+
+
+def order(base: str, asked: dict[str, Any], what: str) -> int:
+    return httpx.post(f"{base}/v1/campaigns/{asked['id']}/{what}", timeout=30).status_code
+
+
+def test_a_campaign_holds_resumes_and_stops_over_http(service: Child, rig: str) -> None:
+    asked = post(service.url, campaign(rig, {**LONG, "cycles": 40}, LONG))
+    until(service.url, asked["id"], playing)
+    assert order(service.url, asked, "hold") == 202
+    held = until(service.url, asked["id"], lambda c: c["tests"][0]["phase"] == "hold")
+    assert (held["asked"], held["state"]) == ("hold", "running")
+    before = held["tests"][0]["samples"]
+    assert 0 < before < 20_000
+    assert get(service.url, f"/v1/campaigns/{asked['id']}")["tests"][0]["samples"] == before
+    assert order(service.url, asked, "resume") == 202
+    until(service.url, asked["id"], lambda c: states(c) == ["done", "running"])
+    until(service.url, asked["id"], playing)
+    assert order(service.url, asked, "stop") == 202
+    stopped = until(service.url, asked["id"], ended)
+    assert (stopped["state"], states(stopped), stopped["asked"]) == ("aborted", ["done", "aborted"], "")
+    assert stopped["reason"] == "a stop was asked for over HTTP"
+    assert [order(service.url, asked, what) for what in ("hold", "resume", "stop")] == [409, 409, 202]
+    whole, part = get(service.url, f"/v1/campaigns/{asked['id']}/runs")["runs"]
+    assert (whole["status"], whole["samples"], part["status"]) == ("complete", 20_000, "aborted")
+    transport = connect(rig)
+    status = transport.status(2.0)
+    transport.close()
+    assert (status.state.name, abs(status.displacement_m) < 2e-4) == ("DISABLED", True)
 
 
 def test_a_rig_that_is_not_there_fails_the_campaign_and_the_next_one_is_played(service: Child, rig: str) -> None:
@@ -159,6 +191,13 @@ def test_the_live_page_draws_a_campaign_while_it_runs_and_when_it_has_ended(
         page.wait_for("document.querySelectorAll('#campaigns li').length === 1")
         page.wait_for("document.querySelector('#nowphase').textContent === 'running'", 60)
         page.wait_for("document.querySelector('#fx').data.some(trace => trace.name === 'test 1 (live)')", 60)
+        page.evaluate("document.querySelector('#hold').click()")
+        page.wait_for("document.querySelector('#nowphase').textContent === 'hold'", 60)
+        assert page.evaluate("document.querySelector('#state').textContent") == "on hold"
+        assert page.evaluate(VISIBLE) == ["resume", "stop", "abort"]
+        page.evaluate("document.querySelector('#resume').click()")
+        page.wait_for("document.querySelector('#nowphase').textContent === 'running'", 60)
+        assert page.evaluate(VISIBLE) == ["hold", "stop", "abort"]
         page.evaluate("document.querySelector('#abort').click()")
         page.wait_for("document.querySelector('#state').textContent === 'aborted'", 60)
         page.wait_for("document.querySelectorAll('#fv .scatterlayer .trace').length === 2", 60)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from api.campaigns import NewCampaign
 from api.database import writing
 from api.errors import Conflict, LeaseLost, NotFound, SettingsError, StoreError
 from api.leases import Leased, acquire
+from api.orders import Asked, Order
 from api.records import CampaignState, RunRecord, TestState
 from api.runfiles import RunFiles
 from api.store import Store
@@ -183,10 +185,50 @@ def test_an_abort_of_a_running_campaign_reaches_its_worker(store: Store, body: d
     campaign = store.create(NewCampaign(**body))
     held = leased(store)
     held.take_next()
-    assert held.sign_of_life(campaign) is None
+    assert held.sign_of_life(campaign) == Order()
     for reason in ("first", "second"):
         assert store.abort(campaign.id, reason).state is CampaignState.RUNNING
-    assert held.sign_of_life(campaign) == "first"
+    assert held.sign_of_life(campaign) == Order(asked=Asked.ABORT, reason="first")
+
+
+def test_what_is_asked_of_a_running_campaign_can_be_taken_back_until_it_ends(
+    store: Store, body: dict[str, Any]
+) -> None:
+    campaign = store.create(NewCampaign(**body))
+    for wish in (Asked.HOLD, Asked.NOTHING):
+        with pytest.raises(Conflict, match="is accepted: only a running one can"):
+            store.ask(campaign.id, wish, "")
+    held = leased(store)
+    held.take_next()
+    for wish in (Asked.HOLD, Asked.HOLD, Asked.NOTHING, Asked.NOTHING, Asked.HOLD):
+        assert store.ask(campaign.id, wish, "over HTTP").asked is wish
+        assert held.sign_of_life(campaign) == Order(asked=wish)
+    for wish, asked, reason in [
+        (Asked.STOP, Asked.STOP, "stop"),
+        (Asked.STOP, Asked.STOP, "stop"),
+        (Asked.ABORT, Asked.ABORT, "abort"),
+        (Asked.STOP, Asked.ABORT, "abort"),
+    ]:
+        assert store.ask(campaign.id, wish, str(wish)).asked is asked
+        assert held.progress(campaign, 0, "running", 1, "") == Order(asked=asked, reason=reason)
+    for wish in (Asked.HOLD, Asked.NOTHING):
+        with pytest.raises(Conflict, match="is ending, abort was asked for"):
+            store.ask(campaign.id, wish, "")
+    told = [event.text for event in store.events(campaign.id) if "asked for" in event.text]
+    assert told == [f"{what} asked for: {why}" for what, why in ASKED_FOR]
+    held.end(campaign, CampaignState.ABORTED, "abort")
+    assert store.campaign(campaign.id).asked is Asked.NOTHING
+    with pytest.raises(Conflict, match="is aborted"):
+        store.ask(campaign.id, Asked.HOLD, "")
+
+
+ASKED_FOR = [
+    ("hold", "over HTTP"),
+    ("resume", "over HTTP"),
+    ("hold", "over HTTP"),
+    ("stop", "stop"),
+    ("abort", "abort"),
+]
 
 
 @pytest.mark.parametrize("state", [CampaignState.DONE, CampaignState.FAILED])
@@ -234,7 +276,7 @@ def test_the_list_is_newest_first_in_pages_and_by_state(store: Store, body: dict
     assert [c.id for c in store.campaigns(state=CampaignState.ABORTED)] == [made[2].id]
 
 
-STEPS = st.lists(st.sampled_from(["create", "take", "test", "abort", "end", "die"]), max_size=12)
+STEPS = st.lists(st.sampled_from(["create", "take", "test", "hold", "abort", "end", "die"]), max_size=12)
 
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -256,10 +298,13 @@ def test_whatever_happens_every_campaign_tells_one_true_story(
                 running = held.take_next()
             case "test" if running is not None:
                 held.end_test(running, 0, TestState.DONE, "")
+            case "hold" if running is not None:
+                with suppress(Conflict):
+                    store.ask(running.id, Asked.HOLD, "asked")
             case "abort" if running is not None:
                 store.abort(running.id, "asked")
             case "end" if running is not None:
-                reason = held.sign_of_life(running)
+                reason = held.sign_of_life(running).reason
                 held.end(running, CampaignState.ABORTED if reason else CampaignState.DONE, reason or "")
                 running = None
             case "die":

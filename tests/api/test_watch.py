@@ -14,6 +14,7 @@ from api.campaigns import NewCampaign
 from api.errors import LeaseLost, StoreError
 from api.leases import Leased, acquire
 from api.live import Live
+from api.orders import Asked
 from api.records import Campaign
 from api.store import Store
 from api.watch import SHUTDOWN, Watch
@@ -55,6 +56,23 @@ def test_progress_reaches_the_store_and_an_abort_the_player(lab: tuple[Store, Le
         store.abort(campaign.id, "wrong specimen")
         until(lambda: watch.should_stop() == "wrong specimen")
     assert watch.trouble is None
+
+
+def test_a_hold_its_end_and_a_stop_reach_the_player(lab: tuple[Store, Leased, Campaign]) -> None:
+    store, leased, campaign = lab
+    with Watch(leased, campaign, Live(), stop=Event(), poll_s=POLL_S) as watch:
+        assert not watch.should_hold()
+        store.ask(campaign.id, Asked.HOLD, "over HTTP")
+        until(watch.should_hold)
+        store.ask(campaign.id, Asked.NOTHING, "over HTTP")
+        until(lambda: not watch.should_hold())
+        assert not watch.should_return()
+        store.ask(campaign.id, Asked.STOP, "home")
+        until(lambda: watch.should_stop() == "home")
+        assert watch.should_return()
+        store.abort(campaign.id, "now")
+        until(lambda: not watch.should_return())
+        assert watch.should_stop() == "home"
 
 
 def test_a_stopping_service_stops_the_player_at_once(lab: tuple[Store, Leased, Campaign]) -> None:

@@ -122,7 +122,7 @@ def test_fd_set_points_agree_with_the_dbc_and_survive_no_damage(
     rows: list[tuple[int, int]], sequence: int, run_id: int, end: bool, where: int, change: int
 ) -> None:
     values = si(rows, scaling.SETPOINT)
-    data = frames.pack_stream_fd(values, sequence, run_id, end)
+    [(_, data)] = frames.pack_stream_fd(values, sequence, run_id, end)
     decoded = FD.decode_message(frames.STREAM, data)
     assert (decoded["sequence"], decoded["count"], decoded["last"], decoded["run_id"]) == (
         sequence,
@@ -140,12 +140,25 @@ def test_fd_set_points_agree_with_the_dbc_and_survive_no_damage(
     assert frames.unpack_stream_fd(bytes(damaged)) is None
 
 
+@given(st.integers(1, 40), u16, st.booleans())
+def test_a_block_of_several_frames_is_the_same_samples_in_order(n: int, sequence: int, end: bool) -> None:
+    values = si([(k, -k) for k in range(n)], scaling.SETPOINT)
+    found = [frames.unpack_stream_fd(data) for _, data in frames.pack_stream_fd(values, sequence, 7, end)]
+    np.testing.assert_allclose(np.concatenate([one[0] for one in found if one is not None]), values, atol=1e-12)
+    assert [one[1] for one in found if one is not None] == [(sequence + k) % 65536 for k in range(-(-n // 9))]
+    assert [one[3] for one in found if one is not None] == [False] * (len(found) - 1) + [end]
+    captured = si([(k,) * 5 for k in range(n)], scaling.CAPTURE)
+    again = [frames.unpack_capture_fd(data) for _, data in frames.pack_capture_fd(captured, sequence)]
+    np.testing.assert_array_equal([one[0] for one in again if one is not None], range(sequence, sequence + n, 4))
+    assert sum(one[1].shape[0] for one in again if one is not None) == n
+
+
 @given(samples, st.integers(0, 2**32 - 1), st.integers(0, 999), st.integers(1, 255))
 def test_captured_samples_agree_with_the_dbc_and_survive_no_damage(
     rows: list[tuple[int, ...]], first: int, where: int, change: int
 ) -> None:
     values = si(rows, scaling.CAPTURE)
-    data = frames.pack_capture_fd(values, first)
+    [(_, data)] = frames.pack_capture_fd(values, first)
     decoded = FD.decode_message(frames.CAPTURE, data)
     assert (decoded["first_index"], decoded["count"]) == (first, len(rows))
     assert [decoded[f"force_{k}"] for k in range(len(rows))] == pytest.approx(values[:, 0].tolist())

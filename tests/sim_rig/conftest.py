@@ -16,6 +16,7 @@ from excitation.plan import Test
 from excitation.signal import Excitation, Kind
 from sim_rig.faults import Faults, fault_order
 from sim_rig.faulty_plant import FaultyPlant
+from sim_rig.fifo import FIFO_SAMPLES
 from sim_rig.plant import SimulatedPlant
 from sim_rig.rig import SimulatedRig
 from sim_rig.specimens import SPECIMENS
@@ -73,12 +74,14 @@ class LoggedPlant(SimulatedPlant):
 class Bench:
     """A simulated rig, its clock, and a log of what it commanded."""
 
-    def __init__(self, *, speed: float = 20.0, seed: int = 3, faults: Sequence[str] = ()) -> None:
+    def __init__(
+        self, *, speed: float = 20.0, seed: int = 3, faults: Sequence[str] = (), fifo_samples: int = FIFO_SAMPLES
+    ) -> None:
         self.clock = FakeClock()
         self.plant = LoggedPlant(seed)
         ordered = Faults([fault_order(text) for text in faults], now=self.clock.now)
         plant = FaultyPlant(self.plant, ordered) if ordered else self.plant
-        self.rig = SimulatedRig(plant, speed=speed, now=self.clock.now, faults=ordered)
+        self.rig = SimulatedRig(plant, speed=speed, now=self.clock.now, faults=ordered, fifo_samples=fifo_samples)
 
     def wait(self, seconds: float) -> None:
         """Let time go by with nobody at the wire."""

@@ -88,7 +88,7 @@ def test_the_rig_ends_as_the_table_says(
         play(wire_to(wire, b.rig, b.clock), test, tmp_path, clock=b.clock, settings=SETTINGS, on_progress=tell)
     except (RigError, Killed) as caught:
         error = caught
-    b.wait(1.0)
+    b.wait(1.5)
     controller = b.rig.controller
     assert row.reads in str(error or "")
     assert (error is None) == (row.file == "complete")

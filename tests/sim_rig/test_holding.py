@@ -16,7 +16,7 @@ from excitation.plan import Test
 from excitation.signal import Excitation, Kind
 from rigctl.device import Fault, RigState
 from rigctl.errors import GateError, InterlockTripped, LimitError, RigFault, TooCold, TransportError
-from rigctl.interlocks import Interlock, Watch, interlock
+from rigctl.interlocks import Interlock, Rest, Watch, interlock
 from rigctl.player import PlayerSettings, play
 from rigctl.progress import Phase, Progress
 from rigctl.runfile import Run, read_run
@@ -55,16 +55,15 @@ def test_hold_and_resume_lose_and_double_no_sample_whenever_it_is(
     bench: Callable[..., Any], tmp_path: Path, wire: str, speed: float
 ) -> None:
     test, events, first = a_record(), set(), 0
-    step = 40 if wire == "direct" else 160
     while True:
-        b, seen = bench(speed=speed), list[Progress]()
+        b, seen, moments = bench(speed=speed), list[Progress](), count()
         asked = range(first, first + 12)
         run = play_on(
             b,
             test,
             tmp_path / str(first),
             wire=wire_to(wire, b.rig, b.clock),
-            should_hold=held(asked),
+            should_hold=lambda moments=moments, asked=asked: next(moments) in asked,
             on_progress=seen.append,
         )
         assert (run.status, run.samples) == ("complete", 900)
@@ -78,9 +77,9 @@ def test_hold_and_resume_lose_and_double_no_sample_whenever_it_is(
         events.add(tuple(text for _, text in run.events))
         phases = [p.phase for p in seen]
         assert (Phase.HOLDING in phases) >= (Phase.RESUMING in phases)
-        if not run.events and first:
+        if next(moments) <= first:
             break
-        first += step
+        first += 25 if speed == 1.0 else 4
     assert ("hold", "resumed") in events
 
 
@@ -190,8 +189,47 @@ def test_an_interlock_on_the_temperature_holds_until_the_damper_has_cooled(
     texts = [text for _, text in run.events]
     assert (run.status, run.samples) == ("complete", 8000)
     assert texts[1:3] == ["hold, interlock: temperature outside -20 … 26.5: hold", "resumed"]
-    assert np.max(run.channels["temperature"]) > 27.0 > 26.7 > np.max(run.channels["temperature"][-500:])
+    assert np.max(run.channels["temperature"]) > 27.0 > 26.2 > np.max(run.channels["temperature"][-500:])
+    assert texts[3:] == [], "it is well inside when it goes on: no second hold"
     assert b.rig.controller.sample_index - heated[0] > 12_000
+
+
+def test_a_hold_is_over_when_the_value_has_been_well_inside_for_long_enough() -> None:
+    one = interlock("temperature:-20:80:hold")
+    assert (one.inside_by, one.release_s) == (2.0, 1.0)
+    rest = Rest(one, (one,), 1000.0)
+    temperature = [81.0, *np.tile([79.9, 80.1], 40), 79.0, *[77.9] * 5, 78.5, *[77.5] * 12, 90.0]
+    over = [rest.over(np.array([[0, 0, 0, degc, 0]]), 100 * k) for k, degc in enumerate(temperature)]
+    assert over.index(True) == len(temperature) - 3, "ten looks, of 0.1 s, after the last one that was not well inside"
+    assert not over[-1]
+    chatters = Rest(interlock("temperature:-20:80:hold:0:0:0"), (), 1000.0)
+    assert [chatters.over(np.array([[0, 0, 0, degc, 0]]), k) for k, degc in enumerate((80.1, 79.9))] == [False, True]
+
+
+def test_an_interlock_that_stops_ends_a_test_that_holds_as_well() -> None:
+    stop = interlock("pressure:5e6:inf:stop:0.2")
+    rest = Rest(None, (stop, interlock("force:-1:1:hold")), 1000.0)
+    low, high = np.array([[9, 0, 0, 0, 1e6]]), np.array([[9, 0, 0, 0, 2e7]])
+    seen = [rest.stops(row, 100 * k) for k, row in enumerate([high, low, low, high, low, low, low])]
+    assert seen == [None] * 6 + [stop]
+    assert rest.over(low, 0)
+
+
+def test_an_interlock_that_is_outside_again_after_a_hold_trips_again(bench: Callable[..., Any], tmp_path: Path) -> None:
+    b, held_at = bench(speed=1.0), list[int]()
+
+    def heat(progress: Progress) -> None:
+        if progress.phase is Phase.RUNNING and progress.samples > 200 + 300 * len(held_at) and len(held_at) < 2:
+            b.plant.heat(40.0)
+        if progress.phase is Phase.HOLDING:
+            held_at.append(progress.samples)
+        if progress.phase in (Phase.HOLD, Phase.RESUMING):
+            b.plant.heat(40.0 if progress.phase is Phase.RESUMING and len(held_at) < 2 else 25.0)
+
+    settings = replace(QUICK, report_s=0.0, interlocks=(interlock("temperature:-20:35:hold:0:1:0.1"),))
+    run = play_on(b, a_record(), tmp_path, settings=settings, on_progress=heat)
+    assert (run.status, run.samples) == ("complete", 900)
+    assert [text for _, text in run.events].count("resumed") == 2 == len(held_at)
 
 
 def test_an_interlock_trips_once_for_each_time_that_it_is_left_for_its_delay() -> None:
@@ -214,6 +252,9 @@ def test_an_interlock_trips_once_for_each_time_that_it_is_left_for_its_delay() -
         ("force:0:1:explode", "ACTION one of"),
         ("force", "CHANNEL:LOW:HIGH:ACTION"),
         ("force:0:1:stop:-1", "the delay is -1"),
+        ("force:0:1:hold:0:0.5", "the margin is 0.5, it must lie below half the room of 1"),
+        ("force:0:1:hold:0:0.1:-2", "the release is -2"),
+        ("force:0:1:hold:0:0.1:1:1", "CHANNEL:LOW:HIGH:ACTION"),
     ],
 )
 def test_an_interlock_that_cannot_be_is_refused_in_one_line(text: str, words: str) -> None:

@@ -54,7 +54,7 @@ def test_a_killed_host_leaves_a_safe_rig_and_a_file_with_every_sample_that_was_f
             host.send_signal(signal.SIGKILL)
         killed_at = seen[-1][0]
         with pytest.raises(subprocess.TimeoutExpired):
-            rig.wait(1.5)  # nobody says a word: the rig's watchdog acts, and the rig lives on
+            rig.wait(2.0)  # nobody says a word: the rig's watchdog acts, and the rig lives on
         with closing(connect(real)) as wire:
             status = wire.status(2.0)
         assert (status.state, status.first_fault) == (RigState.FAULT_HOLD, Fault.HEARTBEAT)

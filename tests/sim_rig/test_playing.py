@@ -102,7 +102,11 @@ class FailNth:
             for_good,
             0,
         )
-        self.block_samples = inner.block_samples
+        self.capture_samples = inner.capture_samples
+
+    @property
+    def block_samples(self) -> int:
+        return self.inner.block_samples
 
     def _call(self, name: str, *args: Any) -> Any:
         self.calls += 1
@@ -200,7 +204,7 @@ def test_from_whichever_call_the_wire_is_dead_the_rig_ends_safe_and_the_file_is_
             play_on(b, test, out, wire=wire)
         except RigError as caught:
             error = caught
-        b.wait(1.0 if speed == 1.0 else 6.0)
+        b.wait(1.5 if speed == 1.0 else 6.0)
         assert b.rig.controller.state in SAFE_STATES, f"not safe after call {nth}"
         assert b.rig.controller.at_rest
         assert_nothing_left_its_limits(b)

@@ -2,6 +2,7 @@
 "use strict";
 
 const OPEN = ["accepted", "running"];
+const ORDERS = ["hold", "resume", "stop", "abort"];
 const LIVE_POINTS = 2500;
 const COLOURS = ["#0b63a5", "#c8572c", "#1d7a45", "#8a4fb3", "#b08900", "#2b9c9c", "#b3261e", "#5b6875"];
 const BROAD = ["multisine", "homogenised", "road"]; // these cover the plane: drawn thin, below the loops of the others
@@ -99,18 +100,27 @@ function bar(value) {
 
 function showCampaign(campaign) {
   at("name").textContent = campaign.name;
-  at("state").textContent = campaign.state;
+  at("state").textContent = campaign.asked === "hold" ? "on hold" : campaign.state;
   at("state").className = "state " + campaign.state;
   const rigTime = campaign.tests.reduce((sum, test) => sum + test.duration_s, 0);
   at("facts").textContent = `${campaign.specimen} on ${campaign.rig} · ${campaign.tests.length} tests, ` +
     `${seconds(rigTime)} of rig time · accepted ${new Date(campaign.created).toLocaleString()}`;
   at("reason").hidden = !campaign.reason;
   at("reason").textContent = campaign.reason;
-  at("abort").hidden = !OPEN.includes(campaign.state);
-  at("abort").disabled = false;
+  showOrders(campaign);
   showNow(campaign.tests.find((test) => test.state === "running"));
   at("tests").replaceChildren(...campaign.tests.map(row));
   explanationsOfCampaign();
+}
+
+function showOrders(campaign) {
+  const running = campaign.state === "running";
+  const ending = ["stop", "abort"].includes(campaign.asked);
+  at("hold").hidden = !running || campaign.asked !== "";
+  at("resume").hidden = campaign.asked !== "hold";
+  at("stop").hidden = !running || ending;
+  at("abort").hidden = !OPEN.includes(campaign.state);
+  for (const order of ORDERS) at(order).disabled = order === "abort" && campaign.asked === "abort";
 }
 
 function showNow(test) {
@@ -251,13 +261,20 @@ function quietWhenNothingRuns() {
   }
 }
 
-at("abort").addEventListener("click", async () => {
-  const campaign = one();
-  if (!campaign) return;
-  at("abort").disabled = true; // at once and without a question: this is the way to stop a rig
-  const answer = await fetch(`/v1/campaigns/${campaign.id}/abort`, { method: "POST" });
-  if (!answer.ok) complain((await answer.json()).detail);
-});
+for (const order of ORDERS) {
+  at(order).addEventListener("click", async () => {
+    const campaign = one();
+    if (!campaign) return;
+    at(order).disabled = true; // at once and without a question: this is the way to stop a rig
+    try {
+      const answer = await fetch(`/v1/campaigns/${campaign.id}/${order}`, { method: "POST" });
+      if (!answer.ok) complain((await answer.json()).detail);
+    } catch {
+      complain(`The service does not answer: nobody knows of this ${order}. Use the rig's emergency stop.`);
+      at(order).disabled = false;
+    }
+  });
+}
 
 function connect() {
   const source = new EventSource("/v1/live");
