@@ -15,6 +15,7 @@ from pathlib import Path
 
 from benchmarks.machine import a_rig, a_sine, busy_cores
 from rigctl.player import PlayerSettings, connect, play
+from rigctl.priority import ahead
 from rigctl.runfile import read_run
 
 NAME = f"bench-{os.getpid()}"
@@ -47,7 +48,9 @@ def measure(url: str, rate_hz: float, seconds: float, speed: float) -> bool:
 def main(seconds: float = 60.0) -> None:
     """Raises SystemExit where a sample was lost."""
     with busy_cores() as cores:
-        print(f"streaming, {seconds:g} s in real time, {cores} cores busy with other work")
+        with ahead() as permitted:
+            priority = "real-time" if permitted else "ordinary, the system permits no other"
+        print(f"streaming, {seconds:g} s in real time, {cores} cores busy with other work, priority {priority}")
         whole = [measure(url, rate_hz, seconds, 1.0) for url, rate_hz in REAL_TIME]
     print("streaming, as fast as it goes")
     whole += [measure(url, rate_hz, 20.0, 100.0) for url, rate_hz in FAST]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from urllib.parse import parse_qs, urlsplit
@@ -69,6 +70,7 @@ def open_bus(address: CanAddress, *, listen: bool = False) -> can.BusABC:
     """Open the bus of an address; UrlError for an interface that does not exist, CanError where it cannot be opened."""
     import can
 
+    logging.getLogger("can").addHandler(logging.NullHandler())  # what its drivers lack arrives as an exception
     if address.interface == "loopback":
         from rigctl.loopback_can import LoopbackBus
 
@@ -78,13 +80,20 @@ def open_bus(address: CanAddress, *, listen: bool = False) -> can.BusABC:
             f"CAN interface {address.interface!r} does not exist: use loopback or one of "
             f"{', '.join(sorted(can.VALID_INTERFACES))}"
         )
-    return can.Bus(
-        interface=address.interface,
-        channel=address.channel,
-        bitrate=address.bitrate,
-        data_bitrate=address.data_bitrate,
-        fd=address.fd,
-    )
+    try:
+        return can.Bus(
+            interface=address.interface,
+            channel=address.channel,
+            bitrate=address.bitrate,
+            data_bitrate=address.data_bitrate,
+            fd=address.fd,
+        )
+    except (can.CanError, OSError, ValueError):
+        raise
+    except Exception as error:  # a driver that is not installed shows in many ways: NameError, ImportError, TypeError
+        raise can.CanInitializationError(
+            f"interface {address.interface} cannot be used here: is its driver installed? ({error})"
+        ) from error
 
 
 def connect(url: str, *, clock: Clock | None = None) -> Transport:
@@ -105,6 +114,17 @@ def connect(url: str, *, clock: Clock | None = None) -> Transport:
     raise UrlError(f"rig address {url!r}: it must be {FORMS}")
 
 
+def _check_loopback(url: str, channel: str) -> None:
+    import can
+
+    from rigctl.loopback_can import socket_path
+
+    try:
+        socket_path(channel)
+    except can.CanInitializationError as error:
+        raise UrlError(f"rig address {url!r}: {error}") from error
+
+
 def _connect_can(url: str, address: CanAddress, clock: Clock | None) -> Transport:
     import can
 
@@ -112,6 +132,8 @@ def _connect_can(url: str, address: CanAddress, clock: Clock | None) -> Transpor
 
     if address.interface not in {"loopback", *can.VALID_INTERFACES}:
         open_bus(address)  # says what exists
+    if address.interface == "loopback":
+        _check_loopback(url, address.channel)
     return CanTransport(
         url,
         lambda: open_bus(address),

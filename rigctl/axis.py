@@ -22,6 +22,7 @@ STOP_S = 3.0
 POLL_S = 0.01
 RIG_SILENT_S = 0.5  # the rig's heartbeat may stand still for so long
 SUSPECT_S = 0.25  # and then for so long again, in every answer: a busy computer may hold one back
+OTHERS_S = (1.3, 5.5)  # longer than the watchdog of a rig in real time, and of a simulated one that waits for its host
 UNPOWERED = (RigState.INIT, RigState.DISABLED, RigState.FAULT_DISABLED)
 
 
@@ -50,6 +51,20 @@ class Axis:
         self.await_state(RigState.DISABLED)
         self._command(Control.DISABLE)  # at rest by now: it takes the number of the run
         self._insist(lambda: self._transport.configure(configuration, CALL_S), STATE_S)
+
+    def await_others(self) -> None:
+        """Raise RigFault where another host has the rig under power: two must not command one actuator.
+
+        One that died is found out by the rig's watchdog, as soon as nobody talks to the rig.
+        """
+        for quiet_s in OTHERS_S:
+            if self.status().state not in (RigState.HOLD, RigState.ACTIVE):
+                return
+            self._clock.sleep(quiet_s)
+        if (state := self.status().state) in (RigState.HOLD, RigState.ACTIVE):
+            raise RigFault(
+                f"{self._transport.url}: another host has the rig in {state.name}: stop it there, or wait for its end"
+            )
 
     def confirm(self) -> None:
         """Make sure that the rig is the one that was prepared, before anything moves.

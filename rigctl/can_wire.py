@@ -29,6 +29,11 @@ ACKNOWLEDGE_S = 0.1  # before the rig is asked once more what it has
 SDO_S = 0.06  # before an unanswered request is sent again
 
 
+def is_ours(message: can.Message) -> bool:
+    """A data frame with an 11-bit identifier: strangers on the bus may use longer ones, and a bus tells of errors."""
+    return not (message.is_extended_id or message.is_error_frame or message.is_remote_frame)
+
+
 class CanTransport:
     """One bus to one rig. `open_bus` opens it when it is needed: nothing is sent before the first call."""
 
@@ -94,9 +99,14 @@ class CanTransport:
         seen = self._rig_beats
         while self._rig_beats == seen or self._rig_state != frames.OPERATIONAL:
             if self._clock.now() >= ends:
-                raise TransportTimeout(f"{self.url}: the rig does not answer")
+                raise TransportTimeout(f"{self.url}: {self._unheard(self._rig_beats > seen)}")
             self._send([(frames.NMT, bytes([frames.NMT_START, frames.NODE]))])
             self._take(SLICE_S)
+
+    def _unheard(self, rig_speaks: bool) -> str:
+        if not rig_speaks:
+            return "the rig does not answer"
+        return "the rig speaks and does not obey" + (": is it on classic CAN? Leave out fd=true" if self._fd else "")
 
     def configure(self, configuration: Configuration, deadline_s: float) -> None:
         ends = self._clock.now() + deadline_s
@@ -249,7 +259,8 @@ class CanTransport:
         try:
             message = self._connected().recv(timeout_s)
             while message is not None:
-                self._sort(message.arbitration_id, bytes(message.data))
+                if is_ours(message):
+                    self._sort(message.arbitration_id, bytes(message.data))
                 message = self._connected().recv(0.0)
         except (can.CanError, OSError, ValueError) as error:
             self.close()

@@ -119,17 +119,26 @@ class LoopbackBus(can.BusABC):
             end = at + _HEAD.size + length
             if len(self._buffer) < end:
                 break
-            self._waiting.append(
-                can.Message(
-                    arbitration_id=head & 0x1FFFFFFF,
-                    is_extended_id=bool(head & _EXTENDED),
-                    is_fd=bool(head & _FD),
-                    data=bytes(self._buffer[at + _HEAD.size : end]),
-                    is_rx=True,
+            if self._understands(head):
+                self._waiting.append(
+                    can.Message(
+                        arbitration_id=head & 0x1FFFFFFF,
+                        is_extended_id=bool(head & _EXTENDED),
+                        is_fd=bool(head & _FD),
+                        data=bytes(self._buffer[at + _HEAD.size : end]),
+                        is_rx=True,
+                    )
                 )
-            )
             at = end
         del self._buffer[:at]
+
+    def _understands(self, head: int) -> bool:
+        """A classic controller cannot read FD frames: to a rig they are noise, a host is told why."""
+        if self._fd or not head & _FD:
+            return True
+        if self._listener is None:
+            raise can.CanOperationError("an FD frame on a classic bus: add ?fd=true to the rig's address")
+        return False
 
     def _lost(self, error: OSError) -> None:
         """The rig's end waits for the next host; the host's end says that the rig has gone."""

@@ -134,6 +134,7 @@ class _Player:
         configuration = self._configuration(identity)
         _check_rate(self.test, identity, configuration.sample_rate_hz)
         self.waveform = self._waveform(0, configuration.limits)
+        axis.await_others()  # before the `try`: what is theirs must not be stopped
         try:
             axis.prepare(configuration)
             self._wait(axis)

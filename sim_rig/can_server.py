@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rigctl import can_frames as frames
 from rigctl import modbus_map as table
 from rigctl import sdo
+from rigctl.can_wire import is_ours
 from rigctl.device import Control, Fault
 from rigctl.errors import LimitError
 from rigctl.loopback_can import LoopbackBus
@@ -78,6 +79,8 @@ class CanDevice:
             request = sdo.unpack(data)
             if request is not None:
                 self._serve(request)
+        elif number == frames.HOST_HEARTBEAT and data == bytes([frames.OPERATIONAL]):
+            self._rig.beat(self._beats)
         elif number == frames.NMT and data[1:] in (bytes([frames.NODE]), bytes([0])):
             self._manage(data[0])
 
@@ -261,7 +264,8 @@ def serve_can(
     while not stop():
         message = bus.recv(TICK_S)
         while message is not None:
-            device.take(message.arbitration_id, bytes(message.data))
+            if is_ours(message):
+                device.take(message.arbitration_id, bytes(message.data))
             message = bus.recv(0.0)
         rig.tick()
         _send(bus, device.give(), fd)

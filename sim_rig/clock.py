@@ -42,6 +42,10 @@ class Pace:
             due = burst
         return max(due, 0)
 
+    def at_most(self, samples: int, seconds: float) -> int:
+        """Give so many samples, fewer where the clock is slower than that in so many seconds."""
+        return max(min(samples, round(seconds * self._rate_hz * self._speed)), 1)
+
     def take(self, samples: int) -> None:
         """Note samples as played."""
         self._taken += samples

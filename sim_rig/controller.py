@@ -19,6 +19,7 @@ from sim_rig.trajectory import stop, travel
 
 CHUNK = 512
 HISTORY = 8  # faults that are remembered
+UNPOWERED = (RigState.INIT, RigState.DISABLED, RigState.FAULT_DISABLED)
 
 
 class Plant(Protocol):
@@ -122,6 +123,8 @@ class Controller:
                 self._plant.begin_run()
         if self.state is RigState.HOLD and before is RigState.ACTIVE:
             self._stop()
+        if self.state in UNPOWERED and before not in UNPOWERED:
+            self._setpoint = np.array([self._setpoint[0], 0.0])  # no current in a coil that nobody watches
 
     @property
     def _prefill(self) -> int:

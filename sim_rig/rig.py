@@ -13,6 +13,7 @@ from sim_rig.faults import FaultKind, Faults
 from sim_rig.fifo import CAPTURE_SAMPLES, FIFO_SAMPLES
 
 POLL_SAMPLES = 100  # what a poll lets a waiting clock advance between runs
+POLL_S = 0.01  # hosts poll at most so often
 MACHINE = Limits()
 PATIENCE_S = 5.0
 POWERED = (RigState.HOLD, RigState.ACTIVE)
@@ -37,6 +38,7 @@ class SimulatedRig:
         self.starts = 1  # how often it was switched on
         self._serial = serial
         self._beat_value, self._beat_at = -1, now()
+        self._polled = -1
         self.crc_errors = 0
         self.heartbeat = 0
         self._dark = False
@@ -62,29 +64,32 @@ class SimulatedRig:
         self._pace.restart(configuration.sample_rate_hz)
 
     def command(self, control: Control, run_id: int, heartbeat: int) -> None:
-        self._beat(heartbeat)
+        self.beat(heartbeat)
         before = self.controller.state
         self.controller.command(control, run_id)
         if before not in POWERED:
             self._beat_at = self._now()  # supervision begins with the power
 
     def direct(self, displacement_m: float, current_a: float, heartbeat: int) -> None:
-        self._beat(heartbeat)
+        self.beat(heartbeat)
         self.controller.direct(displacement_m, current_a)
 
     def poll(self, heartbeat: int) -> None:
-        """Take a sign of life; between runs a waiting clock advances by a fixed number of samples with it."""
-        self._beat(heartbeat)
-        if self._pace.waits and self.controller.state is not RigState.ACTIVE:
-            if self._pace.due() >= POLL_SAMPLES:
-                self._pace.take(self.controller.advance(POLL_SAMPLES))
-        else:
+        """Take a sign of life; between runs a waiting clock advances by a fixed number of samples with it.
+
+        However late or early it comes: what is measured must not depend on that. One that is repeated counts once.
+        """
+        repeated, self._polled = heartbeat == self._polled, heartbeat
+        self.beat(heartbeat)
+        if not self._pace.waits or self.controller.state is RigState.ACTIVE:
             self.tick()
+        elif not repeated:
+            self._pace.take(self.controller.advance(self._pace.at_most(POLL_SAMPLES, POLL_S)))
 
     def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, heartbeat: int, most: int) -> Reply:
         """Take a block, forget what the host has, go on, and give the next captured samples."""
         controller = self.controller
-        self._beat(heartbeat)
+        self.beat(heartbeat)
         refused = block is not None and not controller.accept(block)
         controller.acknowledge(run_id, captured)
         if controller.store.backlog < most and (controller.state is RigState.ACTIVE or not self._pace.waits):
@@ -181,6 +186,7 @@ class SimulatedRig:
             due = min(due, self.controller.fifo.level)  # never beyond the stream into the hold after it
         self._pace.take(self.controller.advance(due))
 
-    def _beat(self, heartbeat: int) -> None:
+    def beat(self, heartbeat: int) -> None:
+        """Take a sign of the host's life: a counter that goes on."""
         if heartbeat != self._beat_value:
             self._beat_value, self._beat_at = heartbeat, self._now()

@@ -61,7 +61,8 @@ def progress_bar(text: str) -> Iterator[ProgressBar]:
 
 def answer(text: str, value: Any, *, as_json: bool) -> None:
     """Print the answer of a command, for people or for programs. Any: whatever JSON can say."""
-    print(json.dumps(value) if as_json else text, file=sys.stdout)
+    if as_json or text:  # a command that has made nothing says nothing
+        print(json.dumps(value) if as_json else text, file=sys.stdout)
 
 
 def existing(path: Path, what: str) -> Path:

@@ -14,11 +14,18 @@ import pytest
 
 from excitation.plan import Test
 from excitation.signal import Excitation, Kind
+from rigctl import can_frames as frames
+from rigctl.device import Control, RigState
+from rigctl.errors import RigFault
 from rigctl.player import PlayerSettings, play
 from rigctl.priority import ahead, behind
 from rigctl.progress import Phase, Progress
 from rigctl.runfile import read_run
-from tests.sim_rig.virtual import WIRES, wire_to
+from sim_rig.can_server import CanDevice
+from sim_rig.direct import DirectTransport
+from tests.sim_rig.virtual import WIRES, LivingClock, wire_to
+
+QUICK = PlayerSettings(ramp_s=0.1)
 
 
 def at_5_khz(seconds: float) -> Test:
@@ -80,3 +87,93 @@ def test_a_thread_that_is_ahead_is_ordinary_again_afterwards_and_so_are_those_it
 
 def _policy() -> int:
     return os.sched_getscheduler(0) if hasattr(os, "sched_getscheduler") else 0
+
+
+@pytest.mark.parametrize(("phase", "speed"), [(Phase.RUNNING, 20.0), (Phase.HOLD, 1.0)])
+def test_a_rig_that_another_host_has_under_power_is_left_alone(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, phase: Phase, speed: float
+) -> None:
+    b, refusals, seen = bench(speed=speed), list[str](), list[Phase]()
+    first, second = DirectTransport(b.rig, b.clock), DirectTransport(b.rig, Elsewhere(b))
+
+    def intrude(progress: Progress) -> None:
+        seen.append(progress.phase)
+        if progress.phase is phase and not refusals:
+            refusals.append("")
+            with pytest.raises(RigFault, match="another host has the rig in") as caught:
+                play(second, a_sine(100), tmp_path / "second", clock=Elsewhere(b), settings=QUICK)
+            refusals.append(str(caught.value))
+
+    run = read_run(
+        play(
+            first,
+            a_sine(12_000),
+            tmp_path / "first",
+            clock=b.clock,
+            settings=replace(QUICK, report_s=0.0),
+            on_progress=intrude,
+            should_hold=lambda: phase is Phase.HOLD and Phase.RUNNING in seen and seen.count(Phase.HOLD) < 9,
+        )
+    )
+    assert (run.status, run.samples) == ("complete", 12_000)
+    assert len(refusals) == 2
+    assert not (tmp_path / "second").exists()
+
+
+class Elsewhere:
+    """The clock of a second host: while it sleeps the first one talks to the rig."""
+
+    def __init__(self, bench: Any) -> None:
+        self._bench = bench
+
+    def now(self) -> float:
+        return float(self._bench.clock.now())
+
+    def sleep(self, seconds: float) -> None:
+        for k in range(max(round(seconds / 0.1), 1)):
+            self._bench.clock.sleep(min(seconds, 0.1))
+            self._bench.rig.beat(-1 - k)
+            self._bench.rig.tick()
+
+
+def test_a_host_that_died_is_no_other_host(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    b = bench(speed=1.0)
+    wire = DirectTransport(b.rig, b.clock)
+
+    def die(progress: Progress) -> None:
+        if progress.samples > 500:
+            raise SystemExit
+
+    monkeypatch.setattr("rigctl.player._Player._end", lambda self, axis, error: (_ for _ in ()).throw(error))
+    with pytest.raises(SystemExit):
+        play(wire, a_sine(9000), tmp_path / "dead", clock=b.clock, settings=QUICK, on_progress=die)
+    assert b.rig.controller.state is RigState.ACTIVE
+    run = read_run(play(wire, a_sine(300), tmp_path, clock=LivingClock(b.rig, b.clock), settings=QUICK))
+    assert run.status == "complete"
+
+
+def test_the_hosts_heartbeat_keeps_the_watchdog_quiet_and_a_strangers_frames_do_not(bench: Callable[..., Any]) -> None:
+    for number, data, state in (
+        (frames.HOST_HEARTBEAT, bytes([frames.OPERATIONAL]), RigState.HOLD),
+        (0x123, bytes(8), RigState.FAULT_HOLD),
+    ):
+        b = bench(speed=1.0)
+        device = CanDevice(b.rig, b.clock.now, fd=False)
+        b.rig.command(Control.HOLD, 1, 1)
+        for _ in range(30):
+            b.wait(0.1)
+            device.take(number, data)
+            device.give()
+        assert b.rig.controller.state is state
+
+
+def test_a_rig_without_power_drives_no_current(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
+) -> None:
+    b = bench(speed=1.0)
+    play(DirectTransport(b.rig, b.clock), a_sine(450), tmp_path, clock=b.clock, settings=QUICK)
+    b.wait(0.2)
+    assert b.rig.controller.state is RigState.DISABLED
+    assert abs(b.rig.status().current_a) < 5e-3
