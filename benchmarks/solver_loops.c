@@ -1,7 +1,6 @@
 /* Time loops that somebody would write in C for one damper model each: (n, dt, x, v, current, parameters, force). */
 #include <math.h>
 
-#define GAMMA 0.29289321881345247560
 #define TWO_OVER_PI 0.63661977236758134308
 
 static inline double sign(double s) { return (s > 0) - (s < 0); }
@@ -61,69 +60,123 @@ void modified(long n, double dt, const double *x, const double *v, const double 
     }
 }
 
-/* L-stable SDIRK2 (Alexander 1977) on the extension of the mount, Newton on the velocity of the core. */
-#define STEPS(CORE, START, STAGE, CONTACT_F, CONTACT_W, LAST)                                       \
-    double top = 0;                                                                                  \
+#define ROOT6 2.44948974278317809820
+static const double WEIGHTS[3][3] = {
+    {(88 - 7 * ROOT6) / 360, (296 - 169 * ROOT6) / 1800, (-2 + 3 * ROOT6) / 225},
+    {(296 + 169 * ROOT6) / 1800, (88 + 7 * ROOT6) / 360, (-2 - 3 * ROOT6) / 225},
+    {(16 - ROOT6) / 36, (16 + ROOT6) / 36, 1.0 / 9}};
+static const double NODES[3] = {(4 - ROOT6) / 10, (4 + ROOT6) / 10, 1};
+
+/* Inverse of a 3 × 3 matrix. */
+static inline void invert(const double m[3][3], double o[3][3])
+{
+    double p = m[1][1] * m[2][2] - m[1][2] * m[2][1], q = m[1][2] * m[2][0] - m[1][0] * m[2][2];
+    double r = m[1][0] * m[2][1] - m[1][1] * m[2][0], s = 1 / (m[0][0] * p + m[0][1] * q + m[0][2] * r);
+    o[0][0] = s * p; o[0][1] = s * (m[0][2] * m[2][1] - m[0][1] * m[2][2]); o[0][2] = s * (m[0][1] * m[1][2] - m[0][2] * m[1][1]);
+    o[1][0] = s * q; o[1][1] = s * (m[0][0] * m[2][2] - m[0][2] * m[2][0]); o[1][2] = s * (m[0][2] * m[1][0] - m[0][0] * m[1][2]);
+    o[2][0] = s * r; o[2][1] = s * (m[0][1] * m[2][0] - m[0][0] * m[2][1]); o[2][2] = s * (m[0][0] * m[1][1] - m[0][1] * m[1][0]);
+}
+
+/* The parabola through three values at the nodes of one step, at the nodes of the next. */
+static void ahead(double o[3][3])
+{
+    double vander[3][3], inverse[3][3];
+    for (int s = 0; s < 3; s++) { vander[s][0] = 1; vander[s][1] = NODES[s]; vander[s][2] = NODES[s] * NODES[s]; }
+    invert(vander, inverse);
+    for (int s = 0; s < 3; s++)
+        for (int j = 0; j < 3; j++)
+            o[s][j] = inverse[0][j] + (1 + NODES[s]) * inverse[1][j] + (1 + NODES[s]) * (1 + NODES[s]) * inverse[2][j];
+}
+
+/* Three-stage Radau IIA on the rates r of the mount's extension, Newton from the extrapolated rates of the last step.
+   CORE computes f and f_w from w, xs − e and q; M[s][j] is the slope of the mount's force by the rates, BASE(s) its
+   force at none. */
+#define STEPS(START, CORE, BASE, END, FORCE)                                                         \
+    double top = 0, next[3][3], shape[3][3], ext = 0, r[3] = {0, 0, 0}, hA[3][3], M[3][3];           \
     for (long i = 0; i < n; i++) top = fmax(top, fabs(v[i]));                                        \
-    double ext = 0, w = v[0], gh = GAMMA * dt, tolerance = 1e-13 * top;                              \
+    ahead(next);                                                                                     \
+    for (int s = 0; s < 3; s++) {                                                                    \
+        double q = NODES[s];                                                                         \
+        shape[s][0] = 6 * q * (1 - q) / dt; shape[s][1] = (3 * q - 1) * (q - 1); shape[s][2] = q * (3 * q - 2); \
+        for (int j = 0; j < 3; j++) hA[s][j] = dt * WEIGHTS[s][j];                                   \
+    }                                                                                                \
     START                                                                                            \
     for (long i = 0; i + 1 < n; i++) {                                                               \
-        double e0 = ext, e = 0, rate = 0;                                                            \
-        for (int stage = 0; stage < 2; stage++) {                                                    \
-            double xs, vs, q = stage ? 1.0 : GAMMA;                                                  \
-            between(x, v, i, q, dt, &xs, &vs);                                                       \
-            STAGE                                                                                    \
-            double low = -INFINITY, high = INFINITY;                                                 \
-            for (int k = 0; k < 80; k++) {                                                           \
-                double f, f_w;                                                                       \
-                rate = vs - w;                                                                       \
-                e = e0 + gh * rate;                                                                  \
-                CORE                                                                                 \
-                double residual = f - (CONTACT_F), slope = f_w + (CONTACT_W);                        \
-                double next = w - residual / slope;                                                  \
-                int ready = fabs(next - w) <= 1e-7 * fabs(w) + tolerance;                            \
-                if (residual < 0) low = w; else high = w;                                            \
-                if (!ready && !(low < next && next < high)) next = 0.5 * (low + high);               \
-                w = next;                                                                            \
-                if (ready) break;                                                                    \
-            }                                                                                        \
-            rate = vs - w;                                                                           \
-            e = e0 + gh * rate;                                                                      \
-            if (!stage) e0 += (1 - GAMMA) * dt * rate;                                               \
-            LAST                                                                                     \
+        double vs[3], old[3] = {r[0], r[1], r[2]}, d[3] = {0, 0, 0}, last = INFINITY;                \
+        END                                                                                          \
+        for (int s = 0; s < 3; s++) {                                                                \
+            vs[s] = shape[s][0] * (x[i + 1] - x[i]) + shape[s][1] * v[i] + shape[s][2] * v[i + 1];   \
+            r[s] = next[s][0] * old[0] + next[s][1] * old[1] + next[s][2] * old[2];                  \
         }                                                                                            \
-        ext = e;                                                                                     \
-        force[i + 1] = (CONTACT_F);                                                                  \
+        for (int k = 0; k < 30; k++) {                                                               \
+            double g[3], J[3][3], I[3][3], size = 0;                                                 \
+            for (int s = 0; s < 3; s++) {                                                            \
+                double f, f_w, w = vs[s] - r[s];                                                     \
+                CORE                                                                                 \
+                g[s] = f - (BASE) - (M[s][0] * r[0] + M[s][1] * r[1] + M[s][2] * r[2]);              \
+                for (int j = 0; j < 3; j++) J[s][j] = M[s][j];                                       \
+                J[s][s] += f_w;                                                                      \
+                size += fabs(g[s]);                                                                  \
+            }                                                                                        \
+            if (size > last) {                                                                       \
+                for (int s = 0; s < 3; s++) { d[s] *= 0.5; r[s] -= d[s]; }                           \
+                continue;                                                                            \
+            }                                                                                        \
+            last = size;                                                                             \
+            invert(J, I);                                                                            \
+            int ready = 1;                                                                           \
+            for (int s = 0; s < 3; s++) {                                                            \
+                d[s] = I[s][0] * g[0] + I[s][1] * g[1] + I[s][2] * g[2];                             \
+                r[s] += d[s];                                                                        \
+                ready &= fabs(d[s]) <= 1e-7 * fabs(vs[s] - r[s]) + 1e-13 * top;                      \
+            }                                                                                        \
+            if (ready) break;                                                                        \
+        }                                                                                            \
+        ext += hA[2][0] * r[0] + hA[2][1] * r[1] + hA[2][2] * r[2];                                  \
+        force[i + 1] = FORCE;                                                                        \
     }                                                                                                \
     force[0] = force[1];
 
-#define ARCTAN double sw = S * w; f = F1 * TWO_OVER_PI * atan(sw) + d * w; \
-    f_w = F1 * TWO_OVER_PI * S / (1 + sw * sw) + d;
+#define ARCTAN double sw = S * w; f = F1 * TWO_OVER_PI * atan(sw) + d_ * w; \
+    f_w = F1 * TWO_OVER_PI * S / (1 + sw * sw) + d_;
 
 void maxwell(long n, double dt, const double *x, const double *v, const double *u, const double *p, double *force)
 {
-    double F1 = p[0], S = p[1], d = p[2], K = p[3];
-    STEPS(ARCTAN, , , K * e, gh * K, )
+    double F1 = p[0], S = p[1], d_ = p[2], K = p[3];
+    STEPS(for (int s = 0; s < 3; s++) for (int j = 0; j < 3; j++) M[s][j] = K * hA[s][j];, ARCTAN, K * ext, , K * ext)
 }
 
 void enriched(long n, double dt, const double *x, const double *v, const double *u, const double *p, double *force)
 {
-    double F1 = p[0], S = p[1], d = p[2], K1 = p[3], K2 = p[4], C2 = p[5];
-    double f2 = 0, f2_base = 0, scale = 1 / (1 + GAMMA * dt * K2 / C2);
-    STEPS(ARCTAN, , if (!stage) f2_base = f2;, K1 * e + (f2_base + gh * K2 * rate) * scale, gh * K1 + gh * K2 * scale,
-          double now = (f2_base + gh * K2 * rate) * scale;
-          if (!stage) f2_base = f2 + (1 - GAMMA) / GAMMA * (now - f2); else f2 = now;)
+    double F1 = p[0], S = p[1], d_ = p[2], K1 = p[3], K2 = p[4], C2 = p[5], f2 = 0, by_force[3], by_rate[3][3];
+    STEPS(
+        double lag[3][3]; double fade[3][3];
+        for (int s = 0; s < 3; s++) for (int j = 0; j < 3; j++) lag[s][j] = K2 / C2 * hA[s][j] + (s == j);
+        invert(lag, fade);
+        for (int s = 0; s < 3; s++) {
+            by_force[s] = fade[s][0] + fade[s][1] + fade[s][2];
+            for (int j = 0; j < 3; j++) {
+                by_rate[s][j] = K2 * (fade[s][0] * hA[0][j] + fade[s][1] * hA[1][j] + fade[s][2] * hA[2][j]);
+                M[s][j] = K1 * hA[s][j] + by_rate[s][j];
+            }
+        },
+        ARCTAN, K1 * ext + by_force[s] * f2, ,
+        K1 * ext + (f2 = by_force[2] * f2 + by_rate[2][0] * r[0] + by_rate[2][1] * r[1] + by_rate[2][2] * r[2]))
 }
 
 void composed(long n, double dt, const double *x, const double *v, const double *current, const double *p, double *force)
 {
     double soft = p[0], firm = p[1], u0 = p[2], u1 = p[3], knee = p[4], alpha = p[5], by_u = p[6], beta = p[7], delta = p[8];
     double tau = p[9], K = p[10], C = p[11], y = dt / tau, fade = exp(-y), ramp = 1 - (1 - fade) / y;
-    double u = current[0], later = u;
-    STEPS(double r = fmin(fmax((us - u0) / (u1 - u0), 0), 1); double c = soft + (firm - soft) * r;
-          double ratio = w / knee; double root = 1 / sqrt(1 + ratio * ratio);
-          double level = alpha + by_u * us; double th = tanh(beta * w + delta * sign(xs - e));
+    double u = current[0], later = u, xs[3];
+    STEPS(for (int s = 0; s < 3; s++) for (int j = 0; j < 3; j++) M[s][j] = K * hA[s][j] + (s == j) * C;,
+          double us = u + NODES[s] * (later - u); double c = soft + (firm - soft) * fmin(fmax((us - u0) / (u1 - u0), 0), 1);
+          double ratio = w / knee; double root = 1 / sqrt(1 + ratio * ratio); double level = alpha + by_u * us;
+          double e = ext + hA[s][0] * r[0] + hA[s][1] * r[1] + hA[s][2] * r[2];
+          double th = tanh(beta * w + delta * sign(xs[s] - e));
           f = c * w * root + level * th; f_w = c * root * root * root + level * beta * (1 - th * th);,
-          , if (!stage) { u = later; later = fade * u + (1 - fade) * current[i] + ramp * (current[i + 1] - current[i]); }
-          double us = u + q * (later - u);, K * e + C * rate, gh * K + C, )
+          K * ext,
+          u = later; later = fade * u + (1 - fade) * current[i] + ramp * (current[i + 1] - current[i]);
+          for (int s = 0; s < 3; s++) { double unused; between(x, v, i, NODES[s], dt, &xs[s], &unused); },
+          K * ext + C * r[2])
 }

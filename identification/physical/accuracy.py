@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.physical.model import Model
+from identification.physical.model import Element, Model
 from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 
 Floats = NDArray[np.float64]
 
-_ORDER = 2
+_SMOOTH, _EVENTS = 5, 2  # order of the method for a force that is smooth, and for one that jumps or remembers
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,17 +26,28 @@ class NumericalError:
 
 
 def numerical_error(model: Model, motion: Motion) -> NumericalError:
-    """Error of `simulate(model, motion)` estimated by Richardson's rule from half the step: 4/3·(F_h − F_h/2).
+    """Error of `simulate(model, motion)` by Richardson's rule from half the step: 2^p/(2^p − 1)·(F_h − F_h/2).
 
-    The method is of second order where the force is smooth; at a stick, an impact or a reversal it is of first order,
-    and the estimate is then a third too small. Between samples the motion is the cubic that the solver itself follows.
+    The method is of order p = 5 where the force is smooth; with dry friction, free play or a memory it is of second
+    order, and at a stick, an impact or a reversal of first: the estimate is then a third too small.
+    Between samples the motion is the cubic that the solver itself follows.
     """
     coarse = simulate(model, replace(motion, settle=0)).force
     fine = simulate(model, _halved(replace(motion, settle=0))).force[::2]
-    error = (coarse - fine) * 2.0**_ORDER / (2.0**_ORDER - 1.0)
+    factor = 2.0 ** _order(model)
+    error = (coarse - fine) * factor / (factor - 1.0)
     error[0] = error[1]  # the first sample is a convention, not a step
     rms = float(np.sqrt(np.mean(error**2)))
     return NumericalError(error, rms, rms / max(float(np.sqrt(np.mean(fine**2))), 1e-300))
+
+
+def _order(model: Model) -> int:
+    events = any(e.spec.memory or e.name == "free_play" or _jumps(e) for e in model.elements)
+    return _EVENTS if events else _SMOOTH
+
+
+def _jumps(e: Element) -> bool:
+    return e.name in ("coulomb_friction", "stribeck_friction") and e.value("w_r") == 0.0
 
 
 def _halved(motion: Motion) -> Motion:

@@ -44,19 +44,19 @@ def rare_forces(codes, offsets, p, z, w, u, a, v_m, memory, dp, dm):
 
 
 @inlined
-def core_force(codes, offsets, p, z, w, s, u, temperature, a, v_m, memory, dp, dm, modified, rare):
+def core_force(codes, offsets, p, z, w, s, u, temperature, a, v_m, memory, dp, dm, modified, rare, wanted):
     """Force of the parallel elements and its partial derivatives.
 
     `s` is the sign of sliding, given apart from `w` so that a stick can be asked for; `a` and `v_m` belong to the rig's
-    motion; `modified` and `rare` say whether any element is of that sort. Fills `dp` (by parameter) and `dm` (by memory
-    slot). Returns f, ∂f/∂z, ∂f/∂w, ∂f/∂u and the height of the dry-friction step at w = 0.
+    motion; `modified` and `rare` say whether any element is of that sort. Fills `dm` (by memory slot) and, where
+    `wanted`, `dp` (by parameter). Returns f, ∂f/∂z, ∂f/∂w, ∂f/∂u and the height of the dry-friction step at w = 0.
     """
     diss, diss_z, diss_w, diss_u, jump = 0.0, 0.0, 0.0, 0.0, 0.0
     other, other_z = 0.0, 0.0
     for k in range(codes.size):
         code, o = codes[k], offsets[k]
         if code <= _TANH:
-            f, f_z, f_w, f_u = damping(code, p, o, z, w, u, dp)
+            f, f_z, f_w, f_u = damping(code, p, o, z, w, u, dp, wanted)
             diss += f
             diss_z += f_z
             diss_w += f_w
@@ -64,13 +64,13 @@ def core_force(codes, offsets, p, z, w, s, u, temperature, a, v_m, memory, dp, d
             if code == _ARCTAN:
                 other += p[o + 3]
         elif code <= _PRESLIDING:
-            f, f_w, f_u, step = friction(code, p, o, w, s, u, memory[k], dp, dm, k)
+            f, f_w, f_u, step = friction(code, p, o, w, s, u, memory[k], dp, dm, k, wanted)
             diss += f
             diss_w += f_w
             diss_u += f_u
             jump += step
         elif code <= _STOP:
-            f, f_z = spring(code, p, o, z, dp)
+            f, f_z = spring(code, p, o, z, dp, wanted)
             other += f
             other_z += f_z
     if rare:
@@ -80,6 +80,6 @@ def core_force(codes, offsets, p, z, w, s, u, temperature, a, v_m, memory, dp, d
         diss_u += f_u
     factor, factor_z = 1.0, 0.0
     if modified:
-        factor, factor_z = modify(codes, offsets, p, z, temperature, memory, diss, dp, dm)
+        factor, factor_z = modify(codes, offsets, p, z, temperature, memory, diss, dp, dm, wanted)
     f_z = diss_z * factor + diss * factor_z + other_z
     return diss * factor + other, f_z, diss_w * factor, diss_u * factor, jump * factor

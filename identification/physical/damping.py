@@ -19,6 +19,25 @@ _MODULATED, _BIVISCOUS, _SIGMOID = int(Code.MODULATED_TANH), int(Code.BIVISCOUS)
 
 
 @inlined
+def arctan(x):
+    """Arctangent to two units in the last place (Moshier, Cephes 1987): no call, so that three of them overlap."""
+    y = abs(x)
+    far, mid = y > 2.414213562373095, y > 0.66
+    top = -1.0 if far else (y - 1.0 if mid else y)
+    bottom = y if far else (y + 1.0 if mid else 1.0)
+    base = 1.5707963267948966 if far else (0.7853981633974483 if mid else 0.0)
+    r = top / bottom
+    q = r * r
+    q2 = q * q
+    above = (-0.8750608600031904122785 * q2 + (-16.15753718733365076637 * q - 75.00855792314704667340)) * q2
+    above += -122.8866684490136173410 * q - 64.85021904942025371773
+    below = ((q + 24.85846490142306297962) * q2 + (165.0270098316988542046 * q + 432.8810604912902668951)) * q2
+    below += 485.3903996359136964868 * q + 194.5506571482613964425
+    angle = base + (r * (q * above / below) + r)
+    return angle if x >= 0.0 else -angle
+
+
+@inlined
 def _turning(z, z_r):
     """Side of the middle and its slopes by z and z_r: the sign of z, or smooth where a hysteresis turns over z_r."""
     if z_r > 0.0:
@@ -29,41 +48,45 @@ def _turning(z, z_r):
 
 
 @inlined
-def damping(code, p, o, z, w, u, dp):
-    """Force and its slopes by z, w and u of a damping element of the catalogue."""
+def damping(code, p, o, z, w, u, dp, wanted):
+    """Force and its slopes by z, w and u of a damping element; where `wanted`, its partials too."""
     f, f_z, f_w, f_u = 0.0, 0.0, 0.0, 0.0
     if code == _VISCOUS:  # (c + c_control u) w
         c = p[o] + p[o + 1] * u
         f = c * w
         f_w = c
         f_u = p[o + 1] * w
-        dp[o] = w
-        dp[o + 1] = u * w
+        if wanted:
+            dp[o] = w
+            dp[o + 1] = u * w
     elif code == _ARCTAN:  # F1 (2/π) arctan(S w) + d w; F2 stands outside the dissipative sum
         sw = p[o + 1] * w
-        a = 2.0 / np.pi * np.arctan(sw)
+        a = 2.0 / np.pi * arctan(sw)
         b = 2.0 / np.pi / (1.0 + sw * sw)
         f = p[o] * a + p[o + 2] * w
         f_w = p[o] * b * p[o + 1] + p[o + 2]
-        dp[o] = a
-        dp[o + 1] = p[o] * b * w
-        dp[o + 2] = w
-        dp[o + 3] = 1.0
+        if wanted:
+            dp[o] = a
+            dp[o + 1] = p[o] * b * w
+            dp[o + 2] = w
+            dp[o + 3] = 1.0
     elif code == _PIECEWISE:  # c1 w up to f_r, beyond it with slope c2
         c1, c2, fr = p[o], p[o + 1], p[o + 2]
         if abs(c1 * w) < fr:
             f = c1 * w
             f_w = c1
-            dp[o] = w
-            dp[o + 1] = 0.0
-            dp[o + 2] = 0.0
+            if wanted:
+                dp[o] = w
+                dp[o + 1] = 0.0
+                dp[o + 2] = 0.0
         else:
             sgn = 1.0 if w > 0 else -1.0
             f = sgn * (1.0 - c2 / c1) * fr + c2 * w
             f_w = c2
-            dp[o] = sgn * fr * c2 / (c1 * c1)
-            dp[o + 1] = w - sgn * fr / c1
-            dp[o + 2] = sgn * (1.0 - c2 / c1)
+            if wanted:
+                dp[o] = sgn * fr * c2 / (c1 * c1)
+                dp[o + 1] = w - sgn * fr / c1
+                dp[o + 2] = sgn * (1.0 - c2 / c1)
     elif code == _VALVE:  # c(u) w / sqrt(1 + (w/w_knee)²), c(u) linear and clipped
         span = p[o + 3] - p[o + 2]
         r, inside = 0.0, 0.0
@@ -78,29 +101,34 @@ def damping(code, p, o, z, w, u, dp):
         f = c * w * q
         f_w = c * q * q * q
         f_u = dr
-        dp[o] = (1.0 - r) * w * q
-        dp[o + 1] = r * w * q
-        dp[o + 2] = -(1.0 - r) * dr
-        dp[o + 3] = -r * dr
-        dp[o + 4] = c * q * q * q * y * y * y
+        if wanted:
+            dp[o] = (1.0 - r) * w * q
+            dp[o + 1] = r * w * q
+            dp[o + 2] = -(1.0 - r) * dr
+            dp[o + 3] = -r * dr
+            dp[o + 4] = c * q * q * q * y * y * y
     elif code == _QUADRATIC:  # q w |w|
         f = p[o] * w * abs(w)
         f_w = 2.0 * p[o] * abs(w)
-        dp[o] = w * abs(w)
+        if wanted:
+            dp[o] = w * abs(w)
     elif code == _RELIEF:  # −c_drop sgn(w) max(0, |w| − w_knee)
         over = abs(w) - p[o + 1]
-        dp[o] = 0.0
-        dp[o + 1] = 0.0
+        if wanted:
+            dp[o] = 0.0
+            dp[o + 1] = 0.0
         if over > 0.0:
             sgn = 1.0 if w > 0 else -1.0
             f = -p[o] * sgn * over
             f_w = -p[o]
-            dp[o] = -sgn * over
-            dp[o + 1] = p[o] * sgn
+            if wanted:
+                dp[o] = -sgn * over
+                dp[o + 1] = p[o] * sgn
     elif code == _ASYMMETRY:  # c_a |w|
         f = p[o] * abs(w)
         f_w = p[o] * (1.0 if w > 0 else -1.0)
-        dp[o] = abs(w)
+        if wanted:
+            dp[o] = abs(w)
     elif code == _TANH:  # (alpha + alpha_control u) tanh(beta w + delta sgn z), or delta tanh(z / z_r)
         sz, sz_z, sz_r = _turning(z, p[o + 4])
         a = p[o] + p[o + 1] * u
@@ -110,11 +138,12 @@ def damping(code, p, o, z, w, u, dp):
         f_z = a * p[o + 3] * sz_z * g
         f_w = a * p[o + 2] * g
         f_u = p[o + 1] * th
-        dp[o] = th
-        dp[o + 1] = u * th
-        dp[o + 2] = a * w * g
-        dp[o + 3] = a * sz * g
-        dp[o + 4] = a * p[o + 3] * sz_r * g
+        if wanted:
+            dp[o] = th
+            dp[o + 1] = u * th
+            dp[o + 2] = a * w * g
+            dp[o + 3] = a * sz * g
+            dp[o + 4] = a * p[o + 3] * sz_r * g
     return f, f_z, f_w, f_u
 
 

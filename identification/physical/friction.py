@@ -37,26 +37,28 @@ def _sliding(w, s, w_r):
 
 
 @inlined
-def friction(code, p, o, w, s, u, m, dp, dm, k):
+def friction(code, p, o, w, s, u, m, dp, dm, k, wanted):
     """Force, its slopes by w and u, and the height of its step at rest; `dm[k]` is the slope by the memory `m`."""
     f, f_w, f_u, jump = 0.0, 0.0, 0.0, 0.0
     if code == _BOUC_WEN:  # (alpha + alpha_control u) h
         f = (p[o] + p[o + 5] * u) * m
         f_u = p[o + 5] * m
         dm[k] = p[o] + p[o + 5] * u
-        dp[o] = m
-        dp[o + 1] = 0.0
-        dp[o + 2] = 0.0
-        dp[o + 3] = 0.0
-        dp[o + 4] = 0.0
-        dp[o + 5] = u * m
+        if wanted:
+            dp[o] = m
+            dp[o + 1] = 0.0
+            dp[o + 2] = 0.0
+            dp[o + 3] = 0.0
+            dp[o + 4] = 0.0
+            dp[o + 5] = u * m
     elif code == _COULOMB:  # f_c sgn(w), or f_c w / sqrt(w² + w_r²) where it builds up over w_r
         y, y_w, y_r = _sliding(w, s, p[o + 1])
         f = p[o] * y
         f_w = p[o] * y_w
         jump = p[o] if p[o + 1] == 0.0 else 0.0
-        dp[o] = y
-        dp[o + 1] = p[o] * y_r
+        if wanted:
+            dp[o] = y
+            dp[o + 1] = p[o] * y_r
     elif code == _STRIBECK:  # (f_c + (f_s − f_c) exp(−(w/w_s)²)) sgn(w), the sign as in Coulomb friction
         y, y_w, y_r = _sliding(w, s, p[o + 3])
         q = w / p[o + 2]
@@ -66,15 +68,17 @@ def friction(code, p, o, w, s, u, m, dp, dm, k):
         f = level * y
         f_w = level * y_w - y * rise * e * 2.0 * q / p[o + 2]
         jump = p[o + 1] if p[o + 3] == 0.0 else 0.0
-        dp[o] = y * (1.0 - e)
-        dp[o + 1] = y * e
-        dp[o + 2] = y * rise * e * 2.0 * q * q / p[o + 2]
-        dp[o + 3] = level * y_r
+        if wanted:
+            dp[o] = y * (1.0 - e)
+            dp[o + 1] = y * e
+            dp[o + 2] = y * rise * e * 2.0 * q * q / p[o + 2]
+            dp[o + 3] = level * y_r
     elif code == _PRESLIDING:  # its force is its memory
         f = m
         dm[k] = 1.0
-        dp[o] = 0.0
-        dp[o + 1] = 0.0
+        if wanted:
+            dp[o] = 0.0
+            dp[o + 1] = 0.0
     return f, f_w, f_u, jump
 
 

@@ -31,8 +31,9 @@ def is_dissipative(code):
 
 
 @compiled
-def modify(codes, offsets, p, z, temperature, memory, diss, dp, dm):
-    """Product of the factors on the dissipative sum and its slope by z; brings `dp` and `dm` to the modified force."""
+def modify(codes, offsets, p, z, temperature, memory, diss, dp, dm, wanted):
+    """Product of the factors on the dissipative sum and its slope by z; brings `dm` and, where `wanted`, `dp` to
+    the modified force."""
     factor, factor_z = 1.0, 0.0
     for k in range(codes.size):
         code, o = codes[k], offsets[k]
@@ -57,18 +58,17 @@ def modify(codes, offsets, p, z, temperature, memory, diss, dp, dm):
             dm[k] = e / p[o] / m
     for k in range(codes.size):
         code, o = codes[k], offsets[k]
-        if code in (_POSITION, _REVERSAL):
-            dp[o] *= diss * factor
-        elif code == _FADE:
-            dp[o] *= diss * factor
-            dp[o + 1] *= diss * factor
         if code == _REVERSAL:
             dm[k] *= diss * factor
         elif code in (_BOUC_WEN, _PRESLIDING, _LUGRE):
             dm[k] *= factor
-        if is_dissipative(code):
+        if wanted:
+            scale = 1.0
+            if code in (_POSITION, _REVERSAL, _FADE):
+                scale = diss * factor
+            elif is_dissipative(code):
+                scale = factor
             end = offsets[k + 1]
-            stop = end - 1 if code == _ARCTAN else end
-            for j in range(o, stop):
-                dp[j] *= factor
+            for j in range(o, end - 1 if code == _ARCTAN else end):  # F2 of an arctan stands outside the sum
+                dp[j] *= scale
     return factor, factor_z

@@ -4,9 +4,10 @@ The unknown is the extension of the mount e = x − z, and each step solves
 
     f_core(x − e, v − de/dt) = φ(e, de/dt)
 
-by the two-stage L-stable SDIRK2 of Alexander (1977), γ = 1 − 1/√2. Only the small extension is discretised, never the
-motion itself, so that a stiff mount costs no accuracy. Dry friction is solved as the inclusion it is: first the
-question whether the joint sticks, then a smooth monotone equation on the side on which it slips.
+by the Radau IIA of `collocation.py` where the core is smooth, else by the two-stage L-stable SDIRK2 of Alexander
+(1977), γ = 1 − 1/√2, whose equation has one unknown that can be bracketed. Only the small extension is discretised,
+never the motion itself, so that a stiff mount costs no accuracy. Dry friction is solved as the inclusion it is: first
+the question whether the joint sticks, then a smooth monotone equation on the side on which it slips.
 
 Sensitivities follow from the implicit function theorem on the discrete equations, so they are the gradient of what is
 computed rather than of what was meant.
@@ -17,6 +18,7 @@ computed rather than of what was meant.
 
 from __future__ import annotations
 
+from identification.physical.collocation import collocate, prepare
 from identification.physical.compiled import compiled, inlined, pasted
 from identification.physical.core import has_rare
 from identification.physical.elements import Code
@@ -25,7 +27,8 @@ from identification.physical.modifiers import has_modifier
 from identification.physical.mount import C_CONTROL, GAMMA, GAP, K2, C, K, add_mount_partials, branch, contact
 from identification.physical.stage import branch_sensitivity, carry, rate_sensitivity, solve
 
-_COULOMB, _STRIBECK = int(Code.COULOMB), int(Code.STRIBECK)
+_COULOMB, _STRIBECK, _VISCOUS = int(Code.COULOMB), int(Code.STRIBECK), int(Code.VISCOUS)
+_BY_SPEED = (int(Code.ARCTAN), int(Code.PIECEWISE), int(Code.QUADRATIC), int(Code.RELIEF), int(Code.ASYMMETRY))
 
 
 @inlined
@@ -111,7 +114,7 @@ def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory,
 
 @compiled
 def mounted(
-    codes, offsets, p, column, dt, inputs, du, eps, mount, mount_column, substeps, fine, force, jac, space
+    codes, offsets, p, column, dt, inputs, du, mount, mount_column, substeps, fine, force, jac, space
 ):  # fmt: skip
     """Force through a series mount: arguments as in `rigid`.
 
@@ -124,12 +127,22 @@ def mounted(
     n_col = jac.shape[1]
     wanted = jac.shape[0] > 0
     has_jump, remembers = False, False
-    for code in codes:
-        has_jump = has_jump or code in (_COULOMB, _STRIBECK)
-        remembers = remembers or is_memory(code)
-    program = (codes, offsets, p, column, has_modifier(codes), remembers, has_jump, has_rare(codes))
+    for k in range(codes.size):
+        o = offsets[k]
+        has_jump = has_jump or (codes[k] == _COULOMB and p[o + 1] == 0.0) or (codes[k] == _STRIBECK and p[o + 3] == 0.0)
+        remembers = remembers or is_memory(codes[k])
+    smooth = not (has_jump or remembers or mount[GAP] > 0.0)
+    driven = 1 if wanted or mount[C_CONTROL] != 0.0 else 0
+    for k in range(codes.size):
+        if not (codes[k] in _BY_SPEED or (codes[k] == _VISCOUS and p[offsets[k] + 1] == 0.0)):
+            driven = 1
+    modified, rare = has_modifier(codes), has_rare(codes)
+    driven = 2 if modified or rare else driven
+    program = (codes, offsets, p, column, modified, remembers, has_jump, rare, driven)
     motion = (x, v, u, temperature, a, v_m, dt)
-    memory, sens, de, state, kept, work, grads = space
+    memory, sens, de, state, kept, work, grads, nodes = space
+    prepare(mount, dt, substeps, nodes)
+    rate = nodes[5]
     top = 1e-300
     for i in range(v.size):
         top = max(top, abs(v[i]))
@@ -137,15 +150,20 @@ def mounted(
     failures = 0
     steady(codes, offsets, p, v[0], memory)
     for i in range(x.size - 1):
+        steps, again = substeps, True
         touching = abs(state[0]) > 0.5 * mount[GAP]
         if fine > substeps:
             _keep(memory, sens, de, state, kept[0], kept[1], kept[2], kept[3])
-        steps, again = substeps, True
         while again:
             for sub in range(steps):
+                if smooth and collocate(
+                    program, mount, mount_column, motion, i, sub, state, du, sens, de, work, grads, nodes, wanted
+                ):
+                    continue
                 if not _step(program, mount, mount_column, motion, i, sub, steps, state, memory, du, sens, de, work,
                              grads, wanted):  # fmt: skip
                     failures += 1
+                rate[0], rate[1], rate[2] = state[5], state[5], state[5]
             again = False
             if fine > steps:
                 impact = (abs(state[0]) > 0.5 * mount[GAP]) != touching

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from identification.physical.collocation import collocation_space
 from identification.physical.compiled import compiled
 from identification.physical.core import core_force, has_rare
 from identification.physical.friction import sign
@@ -16,7 +17,9 @@ from identification.physical.memory import advance, is_memory, own, own_count, s
 from identification.physical.modifiers import has_modifier
 
 
-def workspace(elements: int, parameters: int, columns: int) -> tuple[Any, ...]:  # Any: a nest of arrays, opaque outside
+def workspace(
+    elements: int, parameters: int, columns: int, substeps: int = 1
+) -> tuple[Any, ...]:  # Any: a nest of arrays, opaque outside
     """Arrays that one run of `rigid` or `mounted` works in, all zero."""
     rows = elements + 1  # the last one belongs to the relaxing branch of a mount
     return (
@@ -35,6 +38,7 @@ def workspace(elements: int, parameters: int, columns: int) -> tuple[Any, ...]: 
             np.zeros(elements),
         ),
         (np.zeros(columns), np.zeros(columns), np.zeros(columns)),
+        collocation_space(columns, substeps),
     )
 
 
@@ -71,7 +75,7 @@ def rigid(codes, offsets, p, column, dt, inputs, du, eps, force, jac, space):
                             if column[first + j] >= 0:
                                 sens[k, column[first + j]] += out[2 + j]
         f, _, _, f_u, _ = core_force(
-            codes, offsets, p, z, w, s, u[i], temperature[i], a[i], v_m[i], memory, dp, dm, modified, rare
+            codes, offsets, p, z, w, s, u[i], temperature[i], a[i], v_m[i], memory, dp, dm, modified, rare, wanted
         )  # fmt: skip
         force[i] = f
         if wanted:

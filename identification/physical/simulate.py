@@ -45,7 +45,7 @@ class Response:
 def simulate(model: Model, motion: Motion, *, gradient: bool = False, substeps: int = 1) -> Response:
     """Force of `model` along `motion`, (N,), N; with `gradient`, also ∂force/∂parameter, (N, P).
 
-    `substeps` divides every sample of a mounted model, to see the solver's own error: the method is of second order.
+    `substeps` divides every sample of a mounted model, to see the solver's own error (see `accuracy.py`).
 
     Raises
     ------
@@ -56,7 +56,7 @@ def simulate(model: Model, motion: Motion, *, gradient: bool = False, substeps: 
     taus = [e.value("tau") if e.spec.code == Code.FORCE_DELAY else 0.0 for e in sensor]
     past = motion.shifted(sum(taus))
     response = _steady_damper(model, past, gradient, substeps)
-    force, grad = response.force.copy(), response.gradient
+    force, grad = response.force, response.gradient
     offset = sum(len(e.parameters) for e in model.elements if e.spec.path != "sensor")
     for index, e in enumerate(sensor):
         later = sum(taus[index + 1 :])
@@ -105,17 +105,17 @@ def _damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Resp
     column = n_control + np.arange(p.size, dtype=np.int64)
     jac = np.zeros((motion.x.size, used)) if gradient else np.zeros((0, used))
     force = np.zeros(motion.x.size)
-    eps = 1e-9 * float(np.max(np.abs(motion.v), initial=0.0))
     v_m = _amplitude_velocity(motion) if any(e.spec.code in _NEED_AMPLITUDE for e in core) else motion.a
     inputs = (motion.x, motion.v, u, motion.temperature, motion.a, v_m)
-    common = (codes, offsets, p, column, motion.dt, inputs, du, eps)
-    space = workspace(codes.size, p.size, used)
+    common = (codes, offsets, p, column, motion.dt, inputs, du)
+    space = workspace(codes.size, p.size, used, substeps)
     failures = 0
     if mount:
         stiffness, columns, fine = _mount(mount, core, n_control + p.size)
         failures = mounted(*common, stiffness, columns, substeps, fine * substeps, force, jac, space)
     else:
-        rigid(*common, force, jac, space)
+        eps = 1e-9 * float(np.max(np.abs(motion.v), initial=0.0))
+        rigid(*common, eps, force, jac, space)
     if not gradient:
         return Response(force, None, failures)
     out = np.zeros((motion.x.size, total))

@@ -45,7 +45,7 @@ def _trial(program, z, w, s, h, inputs, state, memory, work, wanted):
                     codes[k], p, offsets[k], memory[k], state[1], z, state[2], w, h, wanted, parts[k], tmp
                 )
     f, f_z, f_w, f_u, jump = core_force(
-        codes, offsets, p, z, w, s, u, temperature, a, v_m, trial, dp, dm, modified, rare
+        codes, offsets, p, z, w, s, u, temperature, a, v_m, trial, dp, dm, modified, rare, wanted
     )
     if remembers:
         for k in range(codes.size):

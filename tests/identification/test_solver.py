@@ -67,7 +67,7 @@ def gradient_error(model: Model, inputs: Motion) -> float:
     assert gradient is not None
     values, worst = model.values(), 0.0
     for k in np.flatnonzero(model.free()):
-        step = 1e-5 * max(abs(values[k]), 1e-3)
+        step = 1e-5 * max(abs(values[k]), 1e-2)
         up, down = values.copy(), values.copy()
         up[k] += step
         down[k] -= step
@@ -123,7 +123,7 @@ def test_a_stiff_maxwell_element_meets_a_tight_implicit_reference() -> None:
     )
     force = simulate(model, inputs).force[:400]
     late = slice(60, 400)
-    assert np.linalg.norm(force[late] - expected[late]) / np.linalg.norm(expected[late]) < 1e-5
+    assert np.linalg.norm(force[late] - expected[late]) / np.linalg.norm(expected[late]) < 1e-7
 
 
 def test_halving_the_step_of_a_mounted_model_quarters_its_error() -> None:
@@ -132,6 +132,39 @@ def test_halving_the_step_of_a_mounted_model_quarters_its_error() -> None:
     errors = [np.linalg.norm(simulate(model, motion(8.0), substeps=n).force[200:] - finest) for n in (2, 4, 8)]
     assert errors[0] / errors[1] > 3.0
     assert errors[1] / errors[2] > 3.0
+
+
+SMOOTH = (
+    element("arctan_damping", {"F1": 300, "S": 20, "d": 500}),
+    element("gas_spring", {"f0": 200, "length": 0.12, "n": 1.3}),
+)
+RELAXING = element("relaxing_compliance", {"k1": 3e5, "k2": 2e5, "c2": 2e3})
+
+
+@pytest.mark.parametrize("mount", [MOUNT, RELAXING], ids=lambda e: e.name)
+def test_halving_the_step_of_a_smooth_mounted_model_divides_its_error_by_two_to_the_fifth(mount: Element) -> None:
+    model, inputs = Model(name="m", elements=(*SMOOTH, mount)), motion(4.0)
+    finest = simulate(model, inputs, substeps=32).force[200:]
+    errors = [float(np.linalg.norm(simulate(model, inputs, substeps=n).force[200:] - finest)) for n in (1, 2)]
+    assert errors[0] / errors[1] > 25.0
+    assert errors[0] < 1e-6 * np.linalg.norm(finest)
+
+
+def test_however_stiff_the_mount_is_one_step_per_sample_neither_rings_nor_diverges() -> None:
+    inputs = motion(8.0)
+    bolted = simulate(Model(name="m", elements=SMOOTH), inputs).force
+    for k in (1e9, 1e12, 1e15):
+        mount = element("series_compliance", {"k": k, "c": 0.0})
+        force = simulate(Model(name="m", elements=(*SMOOTH, mount)), inputs).force
+        assert force[5:] == pytest.approx(bolted[5:], rel=1e-6, abs=1e12 / k)
+
+
+def test_a_force_that_jumps_within_a_step_is_still_solved() -> None:
+    jump = element("tanh_hysteresis", {"alpha": 200, "beta": 30, "delta": 2.0})
+    model, inputs = Model(name="m", elements=(jump, MOUNT)), motion(3.0)
+    response, exact = simulate(model, inputs), simulate(model, inputs, substeps=50).force
+    assert response.failures == 0
+    assert np.linalg.norm(response.force - exact) < 0.02 * np.linalg.norm(exact)
 
 
 @pytest.mark.parametrize("elements", [(*BASE, MOUNT), (*BASE, EXTRA[-2])], ids=["mounted", "rigid"])

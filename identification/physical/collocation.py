@@ -1,0 +1,254 @@
+"""One step of a smooth mounted damper by three-stage Radau IIA (Hairer & Wanner 1996, IV.8): L-stable, of fifth order.
+
+The stages are solved together for the rates r of the mount's extension e,
+
+    f_core(x − e_i, v_i − r_i) = k e_i + c r_i + f2_i,   e_i = e + h Σ a_ij r_j,
+
+by Newton's method from the extrapolated rates of the step before. The branch k2, c2 of a relaxing mount is linear, so
+its force f2_i is eliminated beforehand. Where Newton's method fails (a force that jumps with position, say), the caller
+takes the step by the method that brackets its solution.
+"""
+
+# Numba infers the types of these functions from their calls; annotations would not be read.
+# mypy: allow-untyped-defs, allow-untyped-calls, allow-untyped-decorators
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from identification.physical.compiled import compiled, inlined, pasted
+from identification.physical.core import core_force
+from identification.physical.lanes import ACCELERATION, AMPLITUDE, TEMPERATURE, U, core_values
+from identification.physical.mount import C2, C_CONTROL, K2, C, K
+
+_ROOT6 = np.sqrt(6.0)
+_NODES = np.array([(4.0 - _ROOT6) / 10.0, (4.0 + _ROOT6) / 10.0, 1.0])
+_WEIGHTS = np.array(
+    [
+        [(88.0 - 7.0 * _ROOT6) / 360.0, (296.0 - 169.0 * _ROOT6) / 1800.0, (-2.0 + 3.0 * _ROOT6) / 225.0],
+        [(296.0 + 169.0 * _ROOT6) / 1800.0, (88.0 + 7.0 * _ROOT6) / 360.0, (-2.0 - 3.0 * _ROOT6) / 225.0],
+        [(16.0 - _ROOT6) / 36.0, (16.0 + _ROOT6) / 36.0, 1.0 / 9.0],
+    ]
+)
+_AHEAD = np.vander(1.0 + _NODES, 3) @ np.linalg.inv(np.vander(_NODES, 3))  # the parabola through three rates, a step on
+_ITERATIONS = 30
+X, V = 0, 1  # columns of the stages
+
+
+def collocation_space(columns: int, substeps: int) -> tuple[Any, ...]:  # Any: a nest of arrays, opaque outside
+    """Arrays that one run works in; `prepare` fills the first four."""
+    return (
+        np.zeros((3, 3)),  # h a_ij
+        np.zeros((3, 3)),  # f2_i by r_j
+        np.zeros(3),  # f2_i by the branch's force at the beginning of the step
+        np.zeros((substeps, 3, 7)),  # share of the sample interval at each stage, and the weights of the motion there
+        np.zeros((3, 4)),  # what drives the core at each stage beside the motion
+        np.zeros(3),  # r_i of the last step
+        np.zeros((3, 2)),  # x and v at each stage
+        np.zeros((2, 3)),  # slopes of the core's force by z and w at each stage
+        np.zeros((3, columns)),  # what each residual owes to the parameters
+    )
+
+
+@compiled
+def prepare(mount, dt, substeps, space):
+    """Fills what does not change from step to step."""
+    h_a, by_rate, by_force, shape = space[0], space[1], space[2], space[3]
+    h = dt / substeps
+    for i in range(3):
+        for j in range(3):
+            h_a[i, j] = h * _WEIGHTS[i, j]
+        for sub in range(substeps):
+            q = (sub + _NODES[i]) / substeps  # cubic Hermite: exact at samples, fourth order between them
+            shape[sub, i, 0] = q
+            shape[sub, i, 1] = q * q * (3.0 - 2.0 * q)
+            shape[sub, i, 2] = dt * q * (1.0 - q) * (1.0 - q)
+            shape[sub, i, 3] = dt * q * q * (q - 1.0)
+            shape[sub, i, 4] = 6.0 * q * (1.0 - q) / dt
+            shape[sub, i, 5] = (3.0 * q - 1.0) * (q - 1.0)
+            shape[sub, i, 6] = q * (3.0 * q - 2.0)
+    if mount[K2] > 0.0:  # f2 = f2_start + k2 h A (r − f2/c2)
+        s = mount[K2] / mount[C2]
+        inverse = _inverse(
+            1.0 + s * h_a[0, 0], s * h_a[0, 1], s * h_a[0, 2], s * h_a[1, 0], 1.0 + s * h_a[1, 1], s * h_a[1, 2],
+            s * h_a[2, 0], s * h_a[2, 1], 1.0 + s * h_a[2, 2],
+        )  # fmt: skip
+        for i in range(3):
+            a, b, c = inverse[9] * inverse[3 * i], inverse[9] * inverse[3 * i + 1], inverse[9] * inverse[3 * i + 2]
+            by_force[i] = a + b + c
+            for j in range(3):
+                by_rate[i, j] = mount[K2] * (a * h_a[0, j] + b * h_a[1, j] + c * h_a[2, j])
+
+
+@inlined
+def _inverse(a, b, c, d, e, f, g, h, k):
+    """Inverse of a matrix, row by row, times its determinant, and that over 1."""
+    p, q, r = e * k - f * h, f * g - d * k, d * h - e * g
+    return (
+        p, c * h - b * k, b * f - c * e,
+        q, a * k - c * g, c * d - a * f,
+        r, b * g - a * h, a * e - b * d,
+        1.0 / (a * p + b * q + c * r),
+    )  # fmt: skip
+
+
+@inlined
+def _times(inverse, g0, g1, g2):
+    """The inverse of a matrix times a vector."""
+    i = inverse
+    return (
+        i[9] * (i[0] * g0 + i[1] * g1 + i[2] * g2),
+        i[9] * (i[3] * g0 + i[4] * g1 + i[5] * g2),
+        i[9] * (i[6] * g0 + i[7] * g1 + i[8] * g2),
+    )
+
+
+@inlined
+def _place(motion, i, shape, stage, driver, driven):
+    """The velocity at the three stages; with `driven` 1 also position and current, with 2 all that drives a core."""
+    x, v, u, temperature, a, v_m, _ = motion
+    dx = x[i + 1] - x[i]
+    for s in range(3):
+        q = shape[s, 0]
+        stage[s, V] = shape[s, 4] * dx + shape[s, 5] * v[i] + shape[s, 6] * v[i + 1]
+        if driven > 0:
+            stage[s, X] = x[i] + shape[s, 1] * dx + shape[s, 2] * v[i] + shape[s, 3] * v[i + 1]
+            driver[s, U] = u[i] + q * (u[i + 1] - u[i])
+        if driven > 1:
+            driver[s, TEMPERATURE] = temperature[i] + q * (temperature[i + 1] - temperature[i])
+            driver[s, ACCELERATION] = a[i] + q * (a[i + 1] - a[i])
+            driver[s, AMPLITUDE] = v_m[i] + q * (v_m[i + 1] - v_m[i])
+
+
+@inlined
+def _along(s, table, r):
+    """Σ over the stages of a row of `table` times the rates."""
+    return table[s, 0] * r[0] + table[s, 1] * r[1] + table[s, 2] * r[2]
+
+
+@inlined
+def _slopes(k, cm, f_z, f_w, h_a, by_rate):
+    """Inverse of the slopes of the residuals by the rates, signs changed."""
+    s0, s1, s2 = f_z[0] + k, f_z[1] + k, f_z[2] + k
+    return _inverse(
+        f_w[0] + cm[0] + s0 * h_a[0, 0] + by_rate[0, 0],
+        s0 * h_a[0, 1] + by_rate[0, 1],
+        s0 * h_a[0, 2] + by_rate[0, 2],
+        s1 * h_a[1, 0] + by_rate[1, 0],
+        f_w[1] + cm[1] + s1 * h_a[1, 1] + by_rate[1, 1],
+        s1 * h_a[1, 2] + by_rate[1, 2],
+        s2 * h_a[2, 0] + by_rate[2, 0],
+        s2 * h_a[2, 1] + by_rate[2, 1],
+        f_w[2] + cm[2] + s2 * h_a[2, 2] + by_rate[2, 2],
+    )
+
+
+@pasted
+def collocate(program, mount, mount_column, motion, i, sub, state, du, sens, de, work, grads, space, wanted):
+    """A step as `mounted._step` takes it; returns whether it converged, and leaves all as it was where it did not."""
+    codes, offsets, p, column = program[0], program[1], program[2], program[3]
+    h_a, by_rate, by_force, shapes, driver, rate, stage, slope, rows = space
+    trial, _, _, dp, dm = work
+    shape, changed = shapes[sub], program[4] or program[7]
+    _place(motion, i, shape, stage, driver, program[8])
+    k, c, by_u, e0, f2, tolerance = mount[K], mount[C], mount[C_CONTROL], state[0], state[6], state[4]
+    cm = (c + by_u * driver[0, U], c + by_u * driver[1, U], c + by_u * driver[2, U])
+    base0, base1, base2 = k * e0 + by_force[0] * f2, k * e0 + by_force[1] * f2, k * e0 + by_force[2] * f2
+    r = (rate[0], rate[1], rate[2])
+    r = (_along(0, _AHEAD, r), _along(1, _AHEAD, r), _along(2, _AHEAD, r))
+    d0, d1, d2, last, iterations, ready = 0.0, 0.0, 0.0, np.inf, 0, False
+    while not ready and iterations < _ITERATIONS:
+        iterations += 1
+        a0, a1, a2 = _along(0, h_a, r), _along(1, h_a, r), _along(2, h_a, r)
+        z = (stage[0, X] - e0 - a0, stage[1, X] - e0 - a1, stage[2, X] - e0 - a2)
+        w = (stage[0, V] - r[0], stage[1, V] - r[1], stage[2, V] - r[2])
+        f, f_z, f_w = core_values(codes, offsets, p, z, w, driver, trial, dp, dm, changed)
+        g0 = f[0] - base0 - k * a0 - cm[0] * r[0] - _along(0, by_rate, r)
+        g1 = f[1] - base1 - k * a1 - cm[1] * r[1] - _along(1, by_rate, r)
+        g2 = f[2] - base2 - k * a2 - cm[2] * r[2] - _along(2, by_rate, r)
+        size = abs(g0) + abs(g1) + abs(g2)
+        if size > last:  # Newton's step led uphill
+            d0, d1, d2 = 0.5 * d0, 0.5 * d1, 0.5 * d2
+            r = (r[0] - d0, r[1] - d1, r[2] - d2)
+        else:
+            last = size
+            d0, d1, d2 = _times(_slopes(k, cm, f_z, f_w, h_a, by_rate), g0, g1, g2)
+            r = (r[0] + d0, r[1] + d1, r[2] + d2)
+            # Newton squares its error: what is within 1e-7 now is at round-off after this step.
+            ready = (
+                abs(d0) <= 1e-7 * abs(w[0] - d0) + tolerance
+                and abs(d1) <= 1e-7 * abs(w[1] - d1) + tolerance
+                and abs(d2) <= 1e-7 * abs(w[2] - d2) + tolerance
+            )
+    if ready:
+        rate[0], rate[1], rate[2] = r
+        if wanted:
+            for s in range(3):
+                w, e = stage[s, V] - rate[s], e0 + _along(s, h_a, r)
+                _, f_z, f_w, f_u, _ = core_force(
+                    codes, offsets, p, stage[s, X] - e, w, 1.0 if w > 0 else -1.0, driver[s, U], driver[s, TEMPERATURE],
+                    driver[s, ACCELERATION], driver[s, AMPLITUDE], trial, dp, dm, program[4], program[7], True,
+                )  # fmt: skip
+                slope[0, s], slope[1, s] = f_z, f_w
+                _explicit(rows, s, column, mount_column, p, dp, f_u - by_u * rate[s], du, i, shape[s, 0], e, rate[s],
+                          driver[s, U])  # fmt: skip
+            f_z, f_w = (slope[0, 0], slope[0, 1], slope[0, 2]), (slope[1, 0], slope[1, 1], slope[1, 2])
+            inverse = _slopes(k, cm, f_z, f_w, h_a, by_rate)
+            _carry(inverse, mount, mount_column, f_z, space, f2, sens, codes.size, de, grads[1])
+        state[0], state[3], state[5], state[7] = e0 + _along(2, h_a, r), stage[2, V] - r[2], r[2], stage[2, V]
+        state[6] = by_force[2] * f2 + _along(2, by_rate, r)
+    return ready
+
+
+@inlined
+def _explicit(rows, s, column, mount_column, p, dp, by_current, du, i, q, e, r, u):
+    """What the residual of a stage owes to the parameters directly: core, control and the mount's spring and damper."""
+    for j in range(rows.shape[1]):
+        rows[s, j] = 0.0
+    for j in range(p.size):
+        if column[j] >= 0:
+            rows[s, column[j]] += dp[j]
+    for j in range(du.shape[0]):
+        rows[s, j] += by_current * (du[j, i] + q * (du[j, i + 1] - du[j, i]))
+    if mount_column[K] >= 0:
+        rows[s, mount_column[K]] -= e
+    if mount_column[C] >= 0:
+        rows[s, mount_column[C]] -= r
+    if mount_column[C_CONTROL] >= 0:
+        rows[s, mount_column[C_CONTROL]] -= u * r
+
+
+@inlined
+def _carry(inverse, mount, mount_column, f_z, space, f2, sens, branch, de, last):
+    """Carries the sensitivities of e and of the branch's force, row `branch` of `sens`, over the step, by the implicit
+    function theorem on the residuals, of which `rows` holds the explicit part; `last` gets that of the last rate.
+    """
+    h_a, by_rate, by_force, rate, rows = space[0], space[1], space[2], space[5], space[8]
+    k2, c2, of_k2, of_c2 = mount[K2], mount[C2], mount_column[K2], mount_column[C2]
+    relaxes = k2 > 0.0
+    end_k2, end_c2 = 0.0, 0.0
+    for s in range(3 if relaxes else 0):
+        end_k2, end_c2 = 0.0, 0.0
+        for t in range(3):
+            f = by_force[t] * f2 + _along(t, by_rate, rate)
+            end_k2 += by_rate[s, t] / k2 * (rate[t] - f / c2)
+            end_c2 += by_rate[s, t] / (c2 * c2) * f
+        if of_k2 >= 0:
+            rows[s, of_k2] -= end_k2
+        if of_c2 >= 0:
+            rows[s, of_c2] -= end_c2
+    s0, s1, s2 = f_z[0] + mount[K], f_z[1] + mount[K], f_z[2] + mount[K]
+    for j in range(de.size):
+        g0 = rows[0, j] - s0 * de[j] - by_force[0] * sens[branch, j]
+        g1 = rows[1, j] - s1 * de[j] - by_force[1] * sens[branch, j]
+        g2 = rows[2, j] - s2 * de[j] - by_force[2] * sens[branch, j]
+        d = _times(inverse, g0, g1, g2)
+        de[j] += _along(2, h_a, d)
+        last[j] = d[2]
+        sens[branch, j] = by_force[2] * sens[branch, j] + _along(2, by_rate, d)
+    if relaxes and of_k2 >= 0:
+        sens[branch, of_k2] += end_k2
+    if relaxes and of_c2 >= 0:
+        sens[branch, of_c2] += end_c2
