@@ -30,7 +30,7 @@ CURVES: dict[str, tuple[str, dict[float, Conditions]]] = {
     ),
     RUNS: ("training runs of every kind", {**{float(n): Conditions(runs=n) for n in (1, 2, 4, 8)}, 6.0: STANDARD}),
     SINES: ("training runs, all of them sines", {float(n): Conditions(runs=n, sines_only=True) for n in (1, 2, 4, 8)}),
-    BASE: ("what the base's wrong curve leaves, × noise", {e: Conditions(base_error=e) for e in (0.5, 1.0, 2.0, 4.0)}),
+    BASE: ("left by a wrong curve of the base, × noise", {e: Conditions(base_error=e) for e in (0.5, 1.0, 2.0, 4.0)}),
 }
 _COLOURS = {"right": "#1d7a45", "wrong": "#b3261e"}
 
