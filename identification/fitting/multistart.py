@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records, free_parameters
@@ -36,6 +35,8 @@ def starts(model: Model, free: NDArray[np.bool_], count: int, *, spread: float =
     """
     low, high = model.bounds()
     values = model.values()
+    from scipy.stats import qmc  # half of the time that a command takes to begin, and few need it
+
     draws = qmc.LatinHypercube(d=int(free.sum()), rng=np.random.default_rng(seed)).random(max(count - 1, 0))
     models = [model]
     for draw in draws:

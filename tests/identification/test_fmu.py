@@ -76,9 +76,9 @@ def fmu(library: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return packed(tmp_path_factory.mktemp("fmu") / "damper.fmu", library)
 
 
-def a_run(k: int, frequency_hz: float, *, friction_n: float = 30.0, lag_s: float = 0.0) -> Run:
+def a_run(k: int, frequency_hz: float, *, friction_n: float = 30.0, lag_s: float = 0.0, samples: int = 2000) -> Run:
     """The damper of the FMU with another rate, and with dry friction; current in steps."""
-    t = np.arange(2000) / 1000.0
+    t = np.arange(samples) / 1000.0
     phase = 2 * np.pi * frequency_hz * t
     v = 0.02 * 2 * np.pi * frequency_hz * np.cos(phase)
     current = 0.5 + 0.5 * (np.floor(t / 0.25) % 2)
@@ -154,10 +154,10 @@ class Three(Fmi3SlaveBase, ModelExchange):
 def test_an_fmu_of_version_3_and_one_for_model_exchange_run_too(source: str, lag_s: float, tmp_path: Path) -> None:
     (tmp_path / "three.py").write_text(source)
     FmuBuilder.build_FMU(tmp_path / "three.py", dest=tmp_path)
-    run = a_run(1, 2.0, friction_n=0.0, lag_s=lag_s)
+    run = a_run(1, 4.0, friction_n=0.0, lag_s=lag_s, samples=750)
     [along] = with_fmu(tmp_path / "Three.fmu", [run])
-    error = (along.channels["force_simulated"] - run.channels["force"])[500:]
-    assert np.std(error) < 0.6
+    error = (along.channels["force_simulated"] - run.channels["force"])[250:]
+    assert np.std(error) < 1.2  # a fifth of a sample at 4 Hz is 1 N of 230 N, beside the noise of 0.5 N
 
 
 def test_an_effect_is_named_on_top_of_an_fmu_and_what_is_inside_it_is_out_of_reach(
