@@ -7,22 +7,29 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import binary_opening, uniform_filter1d
 
-from identification.derivatives import Kinematics, periodic_kinematics, smooth_kinematics
+from identification.derivatives import Kinematics, band_of_force, low_pass, periodic_kinematics, smooth_kinematics
 from identification.errors import DataError
 from identification.noise import between_periods, from_cycles, high_frequency
 from identification.physical.motion import Motion
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
+Window = slice | NDArray[np.int64]
 
 ROOM_TEMPERATURE_DEGC = 25.0  # where a run has none
+ROUNDING = 1e-6  # of rms force: the numbers of a noise-free record, and the solver that made them
 _MIN_SAMPLES = 64
 _REPEATABLE_FLOOR = 2e-4  # of rms force: no rig repeats itself, and no solver is exact, beyond this
 _SETTLED = 1.5  # a period is settled when it differs from those after it by no more than this multiple of the noise
 
 
+_OVERSAMPLED = 16.0  # samples for one cycle at the end of a band that the force has narrowed
+_PASSED = 2.5  # times that end is what its filter lets pass of white noise, from −∞ to ∞
+_AT_REST = 4.0  # times its noise: a velocity below may be none
+_STANDS = 1e-4  # or this share of the highest
+_SOME = 0.02  # share of a record at rest that is worth leaving out
 _KNOWN = 2  # records that repeat, from which the noise of the load cell is known
 _SAME_LEVEL = 1.15
 
@@ -38,7 +45,7 @@ class Record:
     name: str
     motion: Motion
     force: Floats  # (N,), N, whole run
-    window: slice
+    window: Window
     period: int
     sigma: float
     has_current: bool
@@ -49,6 +56,12 @@ class Record:
     notes: tuple[str, ...] = field(default=())
     kind: str = "custom"
     simulated: Floats | None = None  # (N,), N: what another program simulates, to which a model adds
+    modelled: float = 0.0  # share of the noise's variance that was not seen in the force but follows from a model
+    band_hz: float | None = None  # force and model are compared up to here alone, where the motion is known no further
+    stride: int = 1  # samples of the run for one of the record: more only where the band ends far below the sample rate
+    mean_sigma: float | None = None  # rms noise of the mean period, N, where it is not that of one by √P
+    independent: float = 1.0  # share of the samples whose noise is independent, below 1 where it is coloured
+    again: Motion | None = None  # the motion as the displacement sensor might have shown it another time, noise and all
 
     @property
     def dt(self) -> float:
@@ -70,6 +83,7 @@ def compact(record: Record, foreign: Floats | None = None) -> Record:
     force = record.force if foreign is None else record.force - foreign
     if not record.period:
         return replace(record, force=force)
+    assert isinstance(record.window, slice)  # periods count whole
     motion, period, start = record.motion, record.period, record.window.start
     count = (record.window.stop - start) // period
     head = motion.head(start + period)
@@ -89,7 +103,9 @@ def compact(record: Record, foreign: Floats | None = None) -> Record:
         force=np.concatenate([force[:start], mean]),
         window=slice(start, start + period),
         simulated=simulated,
-        sigma=float(np.hypot(record.sigma / np.sqrt(count), floor)),
+        sigma=float(np.hypot(record.mean_sigma or record.sigma / np.sqrt(count), floor)),
+        mean_sigma=None,
+        again=None,
     )
 
 
@@ -104,6 +120,8 @@ def on_top_of_simulation(record: Record, run: Run) -> Record:
             f"{record.name}: no channel 'force_simulated': write the force of your own simulation into it, N, "
             "or give a model file"
         )
+    if record.band_hz is not None:
+        simulated = low_pass(simulated, run.sample_rate_hz, record.band_hz)[:: record.stride]
     return replace(record, simulated=simulated[: record.force.size].copy())
 
 
@@ -163,8 +181,8 @@ def _periodic_motion(run: Run, drop: int) -> tuple[Motion, Kinematics]:
     return motion, kinematics
 
 
-def _free_motion(run: Run) -> tuple[Motion, Kinematics]:
-    kinematics = smooth_kinematics(run.channels["displacement"], run.sample_rate_hz)
+def _free_motion(run: Run, bandwidth_hz: float | None = None) -> tuple[Motion, Kinematics]:
+    kinematics = smooth_kinematics(run.channels["displacement"], run.sample_rate_hz, bandwidth_hz)
     current = run.channels.get("current")
     motion = Motion(
         dt=1.0 / run.sample_rate_hz,
@@ -204,21 +222,30 @@ def _periodic(run: Run, name: str) -> Record:
         tones_hz=tuple(q * run.sample_rate_hz for q in tones),
         notes=_notes(run),
         kind=run.excitation_kind,
+        again=_again(motion, kinematics, drop * period),
     )
+
+
+def _again(motion: Motion, kinematics: Kinematics, settled: int) -> Motion:
+    """The motion with the noise of its sensor on it, from sample `settled` on."""
+    dx, dv, da = (np.concatenate([np.zeros(settled), d.ravel()]) for d in kinematics.noise)
+    return replace(motion, x=motion.x + dx, v=motion.v + dv, a=motion.a + da, period=0, settle=0)
 
 
 def _free(run: Run, name: str) -> Record:
-    motion, kinematics = _free_motion(run)
-    force, n = run.channels["force"], run.samples
-    edge = int(np.clip(run.sample_rate_hz / kinematics.bandwidth_hz, 4, n // 20))
-    window = slice(edge, n - edge)
-    steady = not _varies(run.channels.get("current")) or float(np.ptp(motion.i)) < 0.05 * float(
-        np.max(np.abs(motion.i))
-    )
-    sigma = from_cycles(force[window], run.channels["displacement"][window], run.sample_rate_hz) if steady else None
-    how = "what is left beside the harmonics of the motion"
-    if sigma is None:
-        sigma, how = high_frequency(force[window]), "the upper quarter of the spectrum"
+    x, force, current = run.channels["displacement"], run.channels["force"], run.channels.get("current")
+    rate, stride, share = run.sample_rate_hz, 1, 1.0
+    steady = current is None or float(np.ptp(current)) < 0.05 * float(np.max(np.abs(current)))
+    narrow = band_of_force(x, force, rate) if steady else None
+    motion, kinematics = _free_motion(run, narrow)
+    sigma, how = _noise_of(x, force, rate, kinematics.bandwidth_hz, steady)
+    again = _again(motion, kinematics, 0)
+    if narrow is not None:
+        stride, share = max(1, int(rate / (_OVERSAMPLED * narrow))), min(1.0, _PASSED * narrow / rate)
+        force, sigma = low_pass(force, rate, narrow)[::stride], sigma * np.sqrt(share)
+        motion, again = motion.every(stride), again.every(stride)
+        how += "; force and model are compared up to there alone"
+    window, resting = _moving(motion.v, again.v - motion.v, _edge(rate / stride, kinematics.bandwidth_hz, force.size))
     return Record(
         name=name,
         motion=motion,
@@ -226,12 +253,45 @@ def _free(run: Run, name: str) -> Record:
         window=window,
         period=0,
         sigma=_at_least(sigma, force),
-        has_current=_varies(run.channels.get("current")),
+        has_current=_varies(current),
         has_temperature="temperature" in run.channels,
         route=f"no whole periods: derivatives up to {kinematics.bandwidth_hz:.3g} Hz, noise from {how}",
         bandwidth_hz=kinematics.bandwidth_hz,
-        notes=_notes(run),
+        notes=_notes(run) + resting,
         kind=run.excitation_kind,
+        again=again,
+        band_hz=narrow,
+        stride=stride,
+        independent=min(1.0, share * stride),
+    )
+
+
+def _noise_of(x: Floats, force: Floats, rate: float, bandwidth_hz: float, steady: bool) -> tuple[float, str]:
+    """Noise of the force of a record without periods, N, and where it was seen."""
+    edge = _edge(rate, bandwidth_hz, force.size)
+    inner = slice(edge, force.size - edge)
+    sigma = from_cycles(force[inner], x[inner], rate) if steady else None
+    if sigma is not None:
+        return sigma, "what is left beside the harmonics of the motion"
+    return high_frequency(force[inner]), "the upper quarter of the spectrum"
+
+
+def _edge(rate: float, bandwidth_hz: float, samples: int) -> int:
+    """Samples at each end that the filter of the motion has not settled in."""
+    return int(np.clip(rate / bandwidth_hz, 4, samples // 20))
+
+
+def _moving(v: Floats, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...]]:
+    """The samples that count: all but the ends, and but the rests, where friction may hold any force."""
+    n = v.size
+    still = np.abs(v) < max(_AT_REST * float(np.std(noise)), _STANDS * float(np.max(np.abs(v))))
+    rests = binary_opening(still, np.ones(2 * edge + 1, dtype=bool))
+    share = float(np.mean(rests))
+    if not _SOME < share < 0.9:
+        return slice(edge, n - edge), ()
+    rests[:edge] = rests[n - edge :] = True
+    return np.flatnonzero(~rests), (
+        f"{100 * share:.0f} % of it is at rest, where friction may hold any force: left out",
     )
 
 
@@ -262,7 +322,7 @@ def _varies(current: Floats | None) -> bool:
 
 def _at_least(sigma: float, force: Floats) -> float:
     """A noise-free record (a simulation) still has the rounding of its numbers and of its solver."""
-    return max(sigma, 1e-6 * float(np.sqrt(np.mean(force**2))), np.finfo(np.float64).tiny)
+    return max(sigma, ROUNDING * float(np.sqrt(np.mean(force**2))), np.finfo(np.float64).tiny)
 
 
 def _notes(run: Run) -> tuple[str, ...]:

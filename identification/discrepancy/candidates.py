@@ -99,7 +99,7 @@ _LIMITS: Final[Mapping[str, Limits]] = {
     "relief_valve": lambda s: {"w_knee": (0.2 * s.speeds[0], 1.5 * s.speeds[3])},
     "stribeck_friction": lambda s: {"w_s": (0.02 * s.speeds[0], s.speeds[3])},
     "presliding_friction": lambda s: {"sigma": (0.1 * s.gap / s.x_rms, 1e4 * s.force / s.x_rms)},
-    "bouc_wen": lambda s: {"n": (1.0, 4.0), "beta": (0.0, math.inf), "gamma": (0.0, math.inf)},
+    "bouc_wen": lambda s: {"n": (1.0, 4.0), "gamma": (0.0, math.inf)},
     "gas_spring": lambda s: {"length": (1.02 * s.x_max, 30.0 * s.x_max), "n": (0.5, 3.0)},
     "end_stop": lambda s: {"z_max": (0.05 * s.x_max, s.x_max)},
     "reversal_force_lag": lambda s: {"length": (1e-4 * s.x_rms, 5.0 * s.x_rms)},

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.discrepancy.naming import Move, Search, Trial, complexity, tolerance
+from identification.discrepancy.naming import CURVES, Move, Search, Trial, complexity, contribution, tolerance
 from identification.discrepancy.signatures import orthonormal
+from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters, predict
 from identification.physical.model import Model
 from identification.record import Record
@@ -22,6 +24,8 @@ _SEES = 1e-3  # of what the best record knows of a strength: less is no second o
 ONE_RUN = 0.7  # belief in a name that no second run can bear out
 _LEFT_LIMIT = 0.40  # what leaves this share of the gap has not explained it
 _LEFT_SCALE = 0.06
+_REWRITTEN = 0.5  # share of its given force by which a base may change beside a curve: a third, and a half for luck
+_REWRITTEN_SCALE = 0.05
 _PER_PARAMETER = 0.1  # prior odds of a form with one more parameter
 
 
@@ -43,11 +47,14 @@ def strengths(model: Model, name: str, records: Sequence[Record]) -> tuple[Float
     """Strength of one element in every record, relative to the common fit, and its precision (1/variance), (R,).
 
     λ_r = 1 + s⊥·r / s⊥·s⊥ over the samples of record r, with s⊥ the element's contribution less all that the other
-    parameters could absorb.
+    parameters could absorb. Where the model can't run without the element, nothing is known of it.
     """
     without = model.without(name)
     free = free_parameters(without, records)
-    base = evaluate(without, records, free)
+    try:
+        base = evaluate(without, records, free)
+    except SimulationError:
+        return np.full(len(records), np.nan), np.zeros(len(records))
     columns, contributions, residuals = [], [], []
     for r, gradient in zip(records, base.gradients, strict=True):
         force, _ = predict(model, r)
@@ -91,6 +98,8 @@ def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
         belief = (1.0 - _logistic((spread - _SPREAD_LIMIT) / _SPREAD_SCALE)) * (
             1.0 - 0.9 * _logistic((left - _LEFT_LIMIT) / _LEFT_SCALE)
         )
+        if name in CURVES:
+            belief *= 1.0 - _logistic((_rewritten(found, records) - _REWRITTEN) / _REWRITTEN_SCALE)
         if np.sum(precision > _SEES * np.max(precision, initial=0.0)) < 2:
             belief *= ONE_RUN
         ranked = sorted(weights.items(), key=lambda item: -item[1])[:3]
@@ -103,10 +112,28 @@ def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
                 confidence=belief / total,
                 alternatives=tuple((n, belief * w / total) for n, w in ranked if belief * w / total > 0.005),
                 gap_before=_rms_without(found, name, records),
-                own_share=float(np.sqrt(np.sum(precision) / max(_energy(found.fit.model, name, records), 1e-300))),
+                own_share=float(np.sqrt(np.sum(precision) / max(contribution(found.fit.model, name, records), 1e-300))),
             )
         )
     return out
+
+
+def _rewritten(found: Search, records: Sequence[Record]) -> float:
+    """How far the force of the base moved from the given one to make room for the names, as a share of it.
+
+    Given values may be off by a third. A curve beside which the base's own becomes another one has replaced it: the
+    base may be of the wrong family, and nothing is missing.
+    """
+    base = found.fit.model
+    for name in found.names:
+        base = base.without(name)
+    moved = total = 0.0
+    for r in records:
+        with suppress(SimulationError):
+            was, now = predict(found.given, r)[0], predict(base, r)[0]
+            moved += float(np.sum((now - was) ** 2)) / r.sigma**2
+            total += float(np.sum(was**2)) / r.sigma**2
+    return float(np.sqrt(moved / total)) if total > 0.0 else 0.0
 
 
 def _decisive(moves: Sequence[Move], name: str) -> Move:
@@ -135,11 +162,6 @@ def _rms_without(found: Search, name: str, records: Sequence[Record]) -> float:
     samples = sum(r.measured.size for r in records)
     noise = float(np.sqrt(np.mean([r.sigma**2 for r in records])))
     return noise * float(np.sqrt(1.0 + max(move.excess_before, 0.0) / samples))
-
-
-def _energy(model: Model, name: str, records: Sequence[Record]) -> float:
-    without = model.without(name)
-    return sum(float(np.sum((predict(model, r)[0] - predict(without, r)[0]) ** 2)) / r.sigma**2 for r in records)
 
 
 def _logistic(x: float) -> float:

@@ -33,7 +33,9 @@ from identification.discrepancy.naming import (
 )
 from identification.discrepancy.nexttest import propose
 from identification.discrepancy.where import Region, locate
+from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records, predict
+from identification.motion_noise import with_motion_noise
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, element
 from identification.record import Record, compact, noise_without, on_top_of_simulation, record_from_run, same_load_cell
@@ -87,6 +89,9 @@ def explain(
         train, held = _noise_beside(base, hum, train, held)
         _, train_quiet = _without_hum(base, train)
         base = fit_records(model, train_quiet)
+    train, held = ([with_motion_noise(r, base.model) for r in rs] for rs in (train, held))
+    train_quiet = [_as_noisy(q, r) for q, r in zip(train_quiet, train, strict=True)]
+    base = fit_records(base.model, train_quiet)
     say("looking for what is missing", 0.2)
     found = search(model, base, train_quiet, on_progress=lambda text: say(text, 0.4))
     found, evidence = _through_the_gates(found, train_quiet)
@@ -114,6 +119,11 @@ def _noise_beside(
     return quiet[: len(train)], quiet[len(train) :]
 
 
+def _as_noisy(quiet: Record, record: Record) -> Record:
+    """The compact record with the noise that has since been found in the whole one."""
+    return replace(quiet, sigma=compact(record).sigma, independent=record.independent, modelled=record.modelled)
+
+
 def _through_the_gates(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence]]:
     """Take back, one by one, the names that one strength in all runs does not bear out."""
     while found.names:
@@ -121,7 +131,10 @@ def _through_the_gates(found: Search, records: Sequence[Record]) -> tuple[Search
         weakest = min(evidence, key=lambda e: e.confidence)
         if weakest.confidence >= _UTTER:
             return found, evidence
-        rest = fit_records(found.fit.model.without(weakest.name), records)
+        try:
+            rest = fit_records(found.fit.model.without(weakest.name), records)
+        except SimulationError:  # it holds the model up
+            return found, evidence
         names = tuple(n for n in found.names if n != weakest.name)
         found = replace(found, fit=rest, names=names, excess=excess_of(rest))
     return found, []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from identification.record import Record
+from identification.record import Record, Window
 
 _SHARE = 0.25
 
@@ -30,12 +30,20 @@ def keep_back(records: Sequence[Record]) -> tuple[list[Record], list[Record]]:
 
 def _split(record: Record) -> tuple[list[Record], list[Record]]:
     """The last quarter of the only run, in whole periods where it has some; with one period both see it."""
+    if not isinstance(record.window, slice):
+        cut = round(record.window.size * (1.0 - _SHARE))
+        return _parts(record, record.window[:cut], record.window[cut:])
     start, stop = record.window.start, record.window.stop
     if record.period and (stop - start) // record.period < 2:
         return [record], [replace(record, name=f"{record.name} (seen)")]
     unit = record.period or 1
     cut = start + max(unit, round((stop - start) * (1.0 - _SHARE) / unit) * unit)
     cut = min(cut, stop - unit)
-    first = replace(record, name=f"{record.name} (first part)", window=slice(start, cut))
-    last = replace(record, name=f"{record.name} (last part)", window=slice(cut, stop))
-    return [first], [last]
+    return _parts(record, slice(start, cut), slice(cut, stop))
+
+
+def _parts(record: Record, first: Window, last: Window) -> tuple[list[Record], list[Record]]:
+    return (
+        [replace(record, name=f"{record.name} (first part)", window=first)],
+        [replace(record, name=f"{record.name} (last part)", window=last)],
+    )

@@ -24,6 +24,7 @@ FORM_TOLERANCE = 0.06
 """How far a real effect's curve strays from the canonical one, as a share of its own contribution: the spread between
 published forms of the same effect (three forms each of friction, gas spring, valve knee and hysteresis lie within)."""
 
+_UNSURE = 0.3  # of the noise that a model makes of the displacement's: what its size is not known to
 _MATERIAL = 0.003  # of rms force: what matters to nobody is no discrepancy
 _CLOSES = 0.4  # an element that stands alone must close this share of the excess that is left
 _HELPS = 0.08  # less will do for one of several, if all of them together explain the gap
@@ -32,6 +33,9 @@ _MAX_EFFECTS = 4
 _SHORTLIST = 6
 _SPRINT = 5  # iterations after which a candidate far behind the best is given up
 _FAR = 5.0  # times the least excess
+_CLOSE = 1.5  # times the least: of several sprints with one element, those that are worth running on
+_FLAT = 3e-4  # of the misfit: an iteration that gains less decides nothing
+_PROMISES = 0.5  # of what the best has closed: a stuck sprint whose signature promises less is given up
 _DEAD = 0.98  # of the excess: a fit that leaves more has lost its element
 _FULFILS = 0.5  # of its promise: a sprint that closes less has stuck
 _RIVALS = 0.6  # of the promise of the name that is in place: less can't replace it
@@ -39,6 +43,7 @@ _FIT_ITERATIONS = 14
 _AT_NOISE = 0.02  # excess over noise energy at which no other start need be tried
 _ALIKE = 0.05  # share of what an element closes by which its form may miss: two that differ by less are alike
 _MISSES = 0.3  # or this share of what the best of them leaves, where no form fits well
+_NO_LOOP = 0.02  # hysteresis with less than this offset of its branches is a plain curve
 _OPTIONAL = {
     ("series_compliance", "c"),
     ("tanh_hysteresis", "delta"),
@@ -47,7 +52,7 @@ _OPTIONAL = {
     ("bouc_wen", "n"),
     ("gas_spring", "n"),
 }  # parameters whose bound is a meaning of its own
-_CURVES = ("arctan_damping", "piecewise_linear_damping", "valve_damping", "tanh_hysteresis", "bouc_wen")
+CURVES = ("arctan_damping", "piecewise_linear_damping", "valve_damping", "tanh_hysteresis", "bouc_wen")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,9 +103,9 @@ def material_excess(records: Sequence[Record]) -> float:
 
 def significant_excess(fit: Fit, records: Sequence[Record]) -> float:
     """Excess that noise exceeds in less than one case of a million, the noise floor itself being estimated."""
-    dof = fit.samples
-    spread = np.sqrt(2.0 * dof) * np.sqrt(1.0 + 1.0 / 2.0)
-    return 5.0 * float(spread)
+    spread = sum(2.0 * r.measured.size / r.independent for r in records)
+    unsure = sum(r.measured.size * r.modelled for r in records)
+    return 5.0 * float(np.sqrt(1.5 * spread)) + _UNSURE * unsure
 
 
 def search(
@@ -147,15 +152,18 @@ def _worth_more(state: Search, records: Sequence[Record]) -> bool:
 
 
 def contribution(model: Model, name: str, records: Sequence[Record]) -> float:
-    """Whitened energy of what an element adds to the force of the model, all else unchanged."""
-    try:
-        without = model.without(name)
-    except ValueError:
+    """Whitened energy of what an element adds to the force of the model, all else unchanged.
+
+    Of a model that can't run without it, the whole force.
+    """
+    if not model.has(name):
         return 0.0
     total = 0.0
     for r in records:
-        difference = predict(model, r)[0] - predict(without, r)[0]
-        total += float(np.dot(difference, difference)) / r.sigma**2
+        force = predict(model, r)[0]
+        with suppress(SimulationError):
+            force = force - predict(model.without(name), r)[0]
+        total += float(np.dot(force, force)) / r.sigma**2
     return total
 
 
@@ -180,7 +188,10 @@ def trials(
 
     def open_(sprint: Fit, promised: float) -> bool:
         """Whether more iterations may pay: near the best, or stuck far short of what the signature promised."""
-        return excess_of(sprint) <= reach or before - excess_of(sprint) < _FULFILS * promised * before
+        closed, stuck = before - excess_of(sprint), promised >= _PROMISES * (1.0 - best / before)
+        return (excess_of(sprint) <= reach and closed > _HELPS * before) or (
+            stuck and closed < _FULFILS * promised * before
+        )
 
     fitted = [
         _fitted(start, given, name, starts, records, sprint, full=open_(sprint, starts[0][0]))
@@ -222,17 +233,16 @@ def _fitted(
     *,
     full: bool,
 ) -> Trial | None:
-    """Go on from the sprint, and, where that does not reach the noise, from other starts."""
-    fits, model, before = [sprint], start.model, excess_of(start)
-    for other in _starts(sprint.model, model, given, starts) if full else ():
-        if excess_of(min(fits, key=_merit)) < _AT_NOISE * sprint.samples:
-            break
-        with suppress(SimulationError):
-            fits.append(fit_records(other, records, max_iterations=_FIT_ITERATIONS))
-    if full and excess_of(min(fits, key=_merit)) > _DEAD * before:
-        for _, guess in starts[1:]:  # it died on a bound each time: the last resort is every guess on the base as given
-            with suppress(SimulationError):
-                fits.append(fit_records(given.with_element(guess), records, max_iterations=_FIT_ITERATIONS))
+    """Go on from the sprint, and, where that does not reach the noise, from what other starts sprint to."""
+    model, before = start.model, excess_of(start)
+    if full:
+        rivals = [_sprint(other, records) for other in _starts(model, given, starts)]
+        if _dead(min([sprint, *filter(None, rivals)], key=_merit), before):
+            # On a bound each time: the last resort is every guess on the base as given.
+            rivals += [_sprint(given.with_element(guess), records) for _, guess in starts[1:]]
+        fits = _run_on([sprint, *filter(None, rivals)], records)
+    else:
+        fits = [sprint]
     if full:
         raw = min(fits, key=_merit)
         fits.append(refined(raw, _last(raw.model, name), records))
@@ -251,17 +261,32 @@ def _fitted(
     )
 
 
+def _dead(fit: Fit, before: float) -> bool:
+    return excess_of(fit) > _DEAD * before
+
+
+def _run_on(sprints: Sequence[Fit], records: Sequence[Record]) -> list[Fit]:
+    """The sprints, and what the best of them come to, one after the other until one meets the noise."""
+    ranked = sorted(sprints, key=_merit)
+    fits, reach = list(ranked), _CLOSE * max(excess_of(ranked[0]), _AT_NOISE * ranked[0].samples)
+    for sprint in ranked:
+        if excess_of(min(fits, key=_merit)) < _AT_NOISE * sprint.samples or excess_of(sprint) > reach:
+            break
+        with suppress(SimulationError):
+            fits.append(fit_records(sprint.model, records, max_iterations=_FIT_ITERATIONS, tolerance=_FLAT))
+    return fits
+
+
 def _merit(fit: Fit) -> tuple[bool, float]:
     """What makes one fit better than another: first that its last element is what its name says, then the misfit."""
     return any(_denies(e) for e in fit.model.elements), fit.chi2
 
 
-def _starts(sprinted: Model, model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:
-    """Where to fit from: the refitted base has bent to hide the gap, the base as given has not; both are tried."""
+def _starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:
+    """Where else to fit from: the refitted base has bent to hide the gap, the base as given has not."""
     first, others = starts[0], [s for s in starts[1:] if s[0] > 0.5 * starts[0][0]]
     second = others[0] if others else first
     return [
-        sprinted,
         given.with_element(first[1]),
         *([model.with_element(second[1])] if others else []),
     ]
@@ -292,16 +317,18 @@ def tolerance(trial: Trial) -> float:
 
 def complexity(trial: Trial) -> float:
     """Free parameters, and one more for a whole damping curve beside the one that the base has."""
-    return trial.parameters + (1.0 if trial.name in _CURVES else 0.0)
+    return trial.parameters + (1.0 if trial.name in CURVES else 0.0)
 
 
 def contradicts_itself(trial: Trial) -> bool:
-    """Whether the fit turned the element into something that its name denies: a Stribeck curve that doesn't fall."""
+    """Whether the fit made of the element what its name denies: a Stribeck curve that rises, a loop that is none."""
     return _denies(trial.fit.model.elements[_last(trial.fit.model, trial.name)])
 
 
 def _denies(own: Element) -> bool:
-    return own.name == "stribeck_friction" and own.value("f_s") <= 1.05 * own.value("f_c")
+    if own.name == "stribeck_friction":
+        return own.value("f_s") <= 1.05 * own.value("f_c")
+    return own.name == "tanh_hysteresis" and own.value("delta") < _NO_LOOP
 
 
 def on_bound(trial: Trial) -> bool:
@@ -350,7 +377,9 @@ def _given(state: Search) -> Model:
 def _settle(state: Search, records: Sequence[Record]) -> Search:
     """Swap each earlier name for a better one, given the latest, and drop those that it has made needless."""
     for name in state.names[:-1]:
-        rest = fit_records(state.fit.model.without(name), records, max_iterations=_FIT_ITERATIONS)
+        rest = _without(state.fit, name, records)
+        if rest is None:
+            continue
         others = tuple(n for n in state.names if n != name)
         form = FORM_TOLERANCE**2 * contribution(state.fit.model, name, records)
         if excess_of(rest) <= state.excess + form + 10.0:
@@ -374,3 +403,10 @@ def _settle(state: Search, records: Sequence[Record]) -> Search:
                 state, fit=best.fit, names=(*others, best.name), excess=best.excess, moves=(*state.moves, move)
             )
     return state
+
+
+def _without(fit: Fit, name: str, records: Sequence[Record]) -> Fit | None:
+    """The model fitted again without one of its elements; None where it can't run so."""
+    with suppress(SimulationError):
+        return fit_records(fit.model.without(name), records, max_iterations=_FIT_ITERATIONS, tolerance=_FLAT)
+    return None

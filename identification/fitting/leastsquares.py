@@ -10,6 +10,7 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.derivatives import low_pass
 from identification.errors import SimulationError
 from identification.physical.control import effective_current
 from identification.physical.elements import Code
@@ -68,8 +69,11 @@ def predict(model: Model, record: Record, *, gradient: bool = False) -> tuple[Fl
     if model.has("control_hysteresis") and record.has_current:
         motion = _as_left(model, record)
     response = simulate(model, motion, gradient=gradient)
-    full = response.gradient
-    force = response.force[record.window]
+    full, whole = response.gradient, response.force
+    if record.band_hz is not None:
+        whole = low_pass(whole, 1.0 / record.dt, record.band_hz)
+        full = None if full is None else low_pass(full, 1.0 / record.dt, record.band_hz)
+    force = whole[record.window]
     if record.simulated is not None:
         force = force + record.simulated[record.window]
     return force, None if full is None else full[record.window]

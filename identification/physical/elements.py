@@ -268,7 +268,7 @@ _ROWS: Final = (
         nameable=False,
     ),
     ElementSpec("linear_stiffness", "core", Code.STIFFNESS, "linear stiffness", (_p("k", "N/m"),)),
-    ElementSpec("cubic_stiffness", "core", Code.CUBIC, "cubic stiffness", (_p("k3", "N/m³"),)),
+    ElementSpec("cubic_stiffness", "core", Code.CUBIC, "cubic stiffness", (_p("k3", "N/m³", _FREE),)),
     ElementSpec(
         "gas_spring",
         "core",

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+_SERIES = ("x", "v", "a", "i", "temperature", "t")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,8 +34,12 @@ class Motion:
 
     def head(self, samples: int) -> Motion:
         """The first samples of the motion."""
-        fields = ("x", "v", "a", "i", "temperature", "t")
-        return replace(self, **{name: getattr(self, name)[:samples] for name in fields})
+        return replace(self, **{name: getattr(self, name)[:samples] for name in _SERIES})
+
+    def every(self, stride: int) -> Motion:
+        """Each stride-th sample of the motion, which must hold nothing that this can't tell; not for a periodic one."""
+        series = {name: getattr(self, name)[::stride].copy() for name in _SERIES}
+        return replace(self, dt=self.dt * stride, **series)
 
     def shifted(self, tau: float) -> Motion:
         """The inputs as they were `tau` seconds ago; before the first sample they hold their first value."""

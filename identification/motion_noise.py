@@ -1,0 +1,70 @@
+"""The noise of the displacement sensor, as the force that a model makes of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.errors import SimulationError
+from identification.fitting.leastsquares import predict
+from identification.noise import between_periods
+from identification.physical.model import Model
+from identification.record import ROUNDING, Record
+
+Floats = NDArray[np.float64]
+
+_BLURRED = 0.3  # of the rms force: a model that makes more of the noise than this is no judge of it
+
+
+def with_motion_noise(record: Record, model: Model) -> Record:
+    """The record with the noise floor that `model` can reach on it.
+
+    A model is driven by the *measured* displacement, and a stiff or heavy one makes much force of little noise in it:
+    σ² = var(F − F̂(x)). Over periods both are seen to vary, and a motion that truly differs from period to period, which
+    the force follows, is not taken for noise; without periods the two add up.
+    """
+    stray = _stray(record, model)
+    if stray is None:
+        return record
+    size = float(np.sqrt(np.mean(stray**2)))
+    if not 0.0 < size < _BLURRED * float(np.sqrt(np.mean(record.measured**2))):
+        return record
+    if not (record.period and record.measured.size >= 2 * record.period):
+        sigma = float(np.hypot(record.sigma, size))
+        share = _independent(stray, record.sigma**2 * record.independent)
+        modelled = 1.0 - (record.sigma / sigma) ** 2
+        return replace(record, sigma=sigma, independent=min(share, record.independent), modelled=modelled)
+    rest = (record.measured - stray).reshape(-1, record.period)
+    floor = ROUNDING * float(np.sqrt(np.mean(record.measured**2)))
+    single, count = max(between_periods(rest)[0], floor), rest.shape[0]
+    noise = (rest - rest.mean(axis=0)).ravel()
+    return replace(
+        record,
+        sigma=float(np.sqrt(record.sigma**2 * (1.0 - 1.0 / count) + single**2 / count)),
+        mean_sigma=single / np.sqrt(count),
+        independent=_independent(noise, single**2 - float(np.mean(noise**2))),
+        modelled=max(0.0, 1.0 - (record.sigma / single) ** 2),
+    )
+
+
+def _independent(noise: Floats, white: float) -> float:
+    """Share of the samples that count as independent, of coloured `noise` and `white` (its variance) together.
+
+    The energy of n samples of noise scatters as that of n·(Σp)²/(n·Σp²) white ones does, p their power per line.
+    """
+    power, white = np.abs(np.fft.rfft(noise - noise.mean()))[1:] ** 2 / noise.size, max(white, 0.0)
+    level = float(np.mean(power))
+    return min(1.0, (level + white) ** 2 / (0.5 * float(np.mean(power**2)) + 2.0 * white * level + white**2))
+
+
+def _stray(record: Record, model: Model) -> Floats | None:
+    """Force of the model on the motion with its noise, less that on the clean one, (M,), N."""
+    if record.again is None:
+        return None
+    try:
+        noisy = predict(model, replace(record, motion=record.again))[0]
+    except SimulationError:
+        return None
+    return noisy - predict(model, record)[0]
