@@ -15,7 +15,8 @@ from api.runfiles import RunFiles
 from api.watch import Watch
 from excitation import ExcitationError, test_from_config
 from rigctl.errors import RigError, RigFault, RunFileError
-from rigctl.player import connect, play
+from rigctl.interlocks import interlock
+from rigctl.player import PlayerSettings, connect, play
 from rigctl.progress import Phase
 from rigctl.recover import recover_directory
 from rigctl.runfile import read_run
@@ -98,6 +99,7 @@ def _play_test(
                 specimen=campaign.specimen,
                 campaign_id=campaign.id,
                 test_id=test.name,
+                settings=PlayerSettings(interlocks=tuple(map(interlock, campaign.interlocks))),
             ),
             test_from_config(test.config),
             files.work_dir(campaign.id),

@@ -72,6 +72,7 @@ class Campaign:
     name: str
     rig: str
     specimen: str
+    interlocks: tuple[str, ...]
     warm_up: Mapping[str, Any] | None  # any JSON object, as the configuration of a test is
     state: CampaignState
     reason: str  # why it failed or was aborted

@@ -89,6 +89,7 @@ class CampaignAnswer(CampaignSummary):
 
     configurations: list[dict[str, JsonValue]]
     warm_up: dict[str, JsonValue] | None
+    interlocks: list[str]
     events: list[EventAnswer]
 
 
@@ -228,6 +229,7 @@ def detail(campaign: Campaign, events: tuple[Event, ...]) -> CampaignAnswer:
         **dict(summary(campaign)),
         configurations=[dict(test.config) for test in campaign.tests],
         warm_up=None if campaign.warm_up is None else dict(campaign.warm_up),
+        interlocks=list(campaign.interlocks),
         events=[EventAnswer(number=e.number, at=_time(e.at_s), text=e.text) for e in events],
     )
 

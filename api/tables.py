@@ -37,6 +37,7 @@ campaigns = Table(
     Column("rig", Text, nullable=False),
     Column("specimen", Text, nullable=False),
     Column("warm_up", JSON(none_as_null=True), nullable=True),
+    Column("interlocks", JSON, nullable=False, server_default="[]"),
     Column("state", String(16), nullable=False),
     Column("reason", Text, nullable=False),
     Column("asked", String(16), nullable=False, server_default=""),  # hold, stop or abort, while it runs

@@ -107,6 +107,18 @@ def test_a_campaign_holds_resumes_and_stops_over_http(service: Child, rig: str) 
     assert (status.state.name, abs(status.displacement_m) < 2e-4) == ("DISABLED", True)
 
 
+def test_an_interlock_of_a_campaign_ends_it_and_says_why(service: Child, rig: str) -> None:
+    asked = post(service.url, {**campaign(rig, LONG, SHORT), "interlocks": ["force:-1:1:stop"]})
+    failed = until(service.url, asked["id"], ended)
+    assert (failed["state"], states(failed), failed["interlocks"]) == (
+        "failed",
+        ["failed", "skipped"],
+        ["force:-1:1:stop"],
+    )
+    assert "interlock: force outside -1 … 1: stop" in failed["reason"]
+    assert rig_state(rig) == "DISABLED"
+
+
 def test_a_rig_that_is_not_there_fails_the_campaign_and_the_next_one_is_played(service: Child, rig: str) -> None:
     nowhere = post(service.url, campaign("modbus://127.0.0.1:9", SHORT))
     failed = until(service.url, nowhere["id"], ended)
