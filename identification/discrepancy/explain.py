@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from identification.discrepancy.candidates import unlimited
 from identification.discrepancy.checks import check_model, check_runs
+from identification.discrepancy.equation import describe
 from identification.discrepancy.evidence import ONE_RUN, Evidence, gather
 from identification.discrepancy.explanation import (
     Effect,
@@ -32,6 +33,7 @@ from identification.discrepancy.naming import (
     significant_excess,
 )
 from identification.discrepancy.nexttest import propose
+from identification.discrepancy.signatures import tangent
 from identification.discrepancy.where import Region, locate
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records, predict
@@ -263,10 +265,11 @@ def _remainder(verdict: Verdict, found: Search, records: Sequence[Record], regio
     noise = float(np.sqrt(np.mean([r.sigma**2 for r in records])))
     size = noise * float(np.sqrt(max(found.excess, 0.0) / samples))
     where = regions[0].text if regions else "spread over all runs"
+    like = describe(records, tangent(found.fit.model, records)).text
     if verdict == Verdict.UNKNOWN_EFFECT:
         near = _nearest(found)
-        return f"a repeatable {size:.3g} N rms that no element of the catalogue explains; {where}{near}"
-    return f"a repeatable {size:.3g} N rms stays after the named effects; before them the gap lay {where}"
+        return f"a repeatable {size:.3g} N rms that no element of the catalogue explains; {where}{near}; {like}"
+    return f"a repeatable {size:.3g} N rms stays after the named effects; before them the gap lay {where}; {like}"
 
 
 def _nearest(found: Search) -> str:
