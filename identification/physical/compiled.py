@@ -64,7 +64,7 @@ class _OfThisVersion(IndexDataCacheFile):
 
 
 def _keyed(dispatcher: Any) -> Any:
-    cached = dispatcher._cache
+    cached: Any = getattr(dispatcher, "_cache", None)  # none where numba is switched off
     if hasattr(cached, "_cache_file"):
         base = f"{cached._impl.filename_base}-{_digest()}"
         cached._cache_file = _OfThisVersion(cached.cache_path, base, _digest())

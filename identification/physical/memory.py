@@ -37,41 +37,46 @@ def own_count(code):
     return 2 if code == _PRESLIDING else 0
 
 
+BY_MEMORY, BY_Z, OWN, BY_W, BY_W_OLD, PARTIALS = 0, 1, 2, 7, 8, 9  # places of the partials of a memory after a step
+
+
 @compiled
 def _bouc_wen(p, o, h, travel, s, wanted, out):
-    """Internal displacement after a monotone leg; `out` gets ∂/∂h, ∂/∂z and the partials by A, n, beta, gamma,
-    all but ∂/∂z only where they are `wanted`.
+    """Internal displacement after a monotone leg; `out` gets ∂/∂h, ∂/∂z, where `wanted` those by A, n, beta, gamma.
 
     dh/dt = A w − gamma |w| h |h|^(n−1) − beta w |h|^n does not depend on time but on travel: along it
-    dh/dζ = s A − gamma h |h|^(n−1) − s beta |h|^n. Exponential Rosenbrock–Euler, exact for n = 1 and
-    stable for any travel.
+    dh/dζ = g(h) = s A − gamma h |h|^(n−1) − s beta |h|^n. Exponential Rosenbrock–Euler, h + d φ(g' d) g with
+    φ(y) = (e^y − 1)/y, exact for n = 1 and stable for any travel. The partials are those of these very steps.
     """
     a, n, beta, gamma = p[o + 1], p[o + 2], p[o + 3], p[o + 4]
     scale = (a / max(abs(beta + gamma), 1e-300)) ** (1.0 / n)
     steps = min(1 + int(4.0 * travel * a * n / max(scale, 1e-300)), 24)
     d = travel / steps
-    dh, da, dn, db, dg = 1.0, 0.0, 0.0, 0.0, 0.0
+    dh, dz, da, dn, db, dg = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
     m = _power(h, n)
     for _ in range(steps):
         size, sgn = abs(h), (1.0 if h > 0 else (-1.0 if h < 0 else 0.0))
-        g = s * a - gamma * h * m - s * beta * size * m
-        y = -n * m * (gamma + s * sgn * beta) * d
-        grown = np.expm1(min(y, 50.0))
-        phi = 1.0 + 0.5 * y if abs(y) < 1e-5 else grown / y
-        step = d * phi
+        pull = gamma + s * sgn * beta
+        g = s * a - h * m * pull
+        y = min(-n * m * pull * d, 50.0)
+        grown = np.expm1(y)
+        near = abs(y) < 1e-5
+        phi = 1.0 + 0.5 * y if near else grown / y
+        bend = d * d * g * (0.5 + y / 3.0 if near else (grown + 1.0 - phi) / y)  # φ'(y) d² g
+        by_h = grown + 1.0 - bend * n * (n - 1.0) * (m / size if size > 0.0 else 0.0) * sgn * pull
+        dz = by_h * dz + (grown + 1.0) * g / steps
         if wanted:
-            e = grown + 1.0
-            log = np.log(size) if h != 0.0 else 0.0
-            gn = -(gamma * h * m + s * beta * size * m) * log
-            da = e * da + step * s
-            dn = e * dn + step * gn
-            db = e * db - step * s * size * m
-            dg = e * dg - step * h * m
-            dh *= e
-        h = min(max(h + step * g, -1e3 * scale), 1e3 * scale)
+            log = np.log(size) if size > 0.0 else 0.0
+            step = d * phi
+            da = by_h * da + step * s
+            dn = by_h * dn - (step * h * log + bend * (1.0 + n * log)) * m * pull
+            db = by_h * db - (step * size + bend * n * sgn) * s * m
+            dg = by_h * dg - (step * h + bend * n) * m
+        dh *= by_h
+        h = min(max(h + d * phi * g, -1e3 * scale), 1e3 * scale)
         m = _power(h, n)
     out[0] = dh
-    out[1] = s * (s * a - gamma * h * m - s * beta * abs(h) * m)
+    out[1] = s * dz
     out[2], out[3], out[4], out[5] = da, dn, db, dg
     return h
 
@@ -132,55 +137,86 @@ def _leg(code, p, o, m, travel, s, h, wanted, out):
 
 @compiled
 def _travel(m, dz, w_old, w, h, out):
-    """Travel since the last reversal after a step of dz; `out` as in `_bouc_wen`."""
+    """Travel since the last reversal after a step of dz; `out` as in `advance`."""
     out[2], out[3], out[4], out[5] = 0.0, 0.0, 0.0, 0.0
-    out[0], out[1] = 0.0, (1.0 if w > 0 else -1.0)
+    out[BY_MEMORY], out[BY_Z], out[BY_W], out[BY_W_OLD] = 0.0, (1.0 if w > 0 else -1.0), 0.0, 0.0
     new = 0.0
     if w_old * w < 0.0:  # reversed within the step: uniform deceleration through rest
-        new = 0.5 * h * w * w / (abs(w) + abs(w_old))
+        a, b = abs(w_old), abs(w)
+        new = 0.5 * h * b * b / (a + b)
+        out[BY_Z] = 0.0
+        out[BY_W] = np.sign(w) * 0.5 * h * b * (b + 2.0 * a) / (a + b) ** 2
+        out[BY_W_OLD] = -np.sign(w_old) * 0.5 * h * b * b / (a + b) ** 2
     elif w == 0.0:
-        out[1] = 0.0
+        out[BY_Z] = 0.0
     elif w_old == 0.0 and m == 0.0:
         new = abs(dz)
     else:
-        out[0] = 1.0
+        out[BY_MEMORY] = 1.0
         new = m + abs(dz)
     return new
 
 
 @compiled
 def advance(code, p, o, m, z_old, z, w_old, w, h, wanted, out, tmp):
-    """Memory of one element after a step; `out` as in `_bouc_wen`. A reversal inside the step splits it in two legs."""
+    """Memory of one element after a step. A reversal inside the step splits it in two legs, by uniform deceleration.
+
+    `out` gets the partials by the memory before, by z, by the parameters of its own, and by the speeds at both ends.
+    """
     new, dz = 0.0, z - z_old
     if code == _REVERSAL:
         new = _travel(m, dz, w_old, w, h, out)
     elif w_old * w < 0.0:
-        part = abs(w) / (abs(w) + abs(w_old))
-        first, second = 0.5 * h * (1.0 - part) * abs(w_old), 0.5 * h * part * abs(w)
-        middle = _leg(code, p, o, m, first, 1.0 if w_old > 0 else -1.0, h * (1.0 - part), wanted, tmp)
-        new = _leg(code, p, o, middle, second, 1.0 if w > 0 else -1.0, h * part, wanted, out)
-        for j in range(2, 2 + own_count(code)):
-            out[j] += out[0] * tmp[j]
-        out[0] *= tmp[0]
+        a, b = abs(w_old), abs(w)
+        part, turn = b / (a + b), np.sign(w)
+        first, second = 0.5 * h * (1.0 - part) * a, 0.5 * h * part * b
+        middle = _leg(code, p, o, m, first, -turn, h * (1.0 - part), wanted, tmp)
+        new = _leg(code, p, o, middle, second, turn, h * part, wanted, out)
+        for j in range(OWN, OWN + own_count(code)):
+            out[j] += out[BY_MEMORY] * tmp[j]
+        by_first, by_second, scale = -turn * tmp[BY_Z] * out[BY_MEMORY], turn * out[BY_Z], 0.5 * h / (a + b) ** 2
+        out[BY_W] = turn * scale * (by_second * b * (b + 2.0 * a) - by_first * a * a)
+        out[BY_W_OLD] = -turn * scale * (by_first * a * (a + 2.0 * b) - by_second * b * b)
+        out[BY_MEMORY] *= tmp[BY_MEMORY]
+        out[BY_Z] = 0.0
     else:
         new = _leg(code, p, o, m, abs(dz), 1.0 if dz >= 0 else -1.0, h, wanted, out)
+        out[BY_W], out[BY_W_OLD] = 0.0, 0.0
     return new
 
 
 @compiled
-def steady(codes, offsets, p, w, memory):
-    """Every internal force at its steady value for the velocity `w`."""
+def steady(codes, offsets, p, column, w, memory, sens):
+    """Every internal force at its steady value for the velocity `w`, with its sensitivities where these are wanted."""
     s = 1.0 if w > 0 else (-1.0 if w < 0 else 0.0)
     for k in range(codes.size):
         o = offsets[k]
+        memory[k] = 0.0
         if codes[k] == _BOUC_WEN:
-            total = max(p[o + 3] + p[o + 4], 1e-300)
-            memory[k] = s * (p[o + 1] / total) ** (1.0 / p[o + 2])
+            total, n = max(p[o + 3] + p[o + 4], 1e-300), p[o + 2]
+            ratio = p[o + 1] / total
+            h = s * ratio ** (1.0 / n)
+            memory[k] = h
+            _begin(sens, k, column, o + 1, h / (n * p[o + 1]))
+            _begin(sens, k, column, o + 2, -h * np.log(ratio) / (n * n))
+            _begin(sens, k, column, o + 3, -h / (n * total))
+            _begin(sens, k, column, o + 4, -h / (n * total))
         elif codes[k] == _PRESLIDING:
             memory[k] = s * p[o + 1]
+            _begin(sens, k, column, o + 1, s)
         elif codes[k] == _LUGRE:
-            memory[k] = s * bristle_level(p, o, w)[0] / p[o]
+            g, _, e = bristle_level(p, o, w)
+            q = w / p[o + 4]
+            memory[k] = s * g / p[o]
+            _begin(sens, k, column, o, -memory[k] / p[o])
+            _begin(sens, k, column, o + 2, s * (1.0 - e) / p[o])
+            _begin(sens, k, column, o + 3, s * e / p[o])
+            _begin(sens, k, column, o + 4, s * (p[o + 3] - p[o + 2]) * e * 2.0 * q * q / (p[o + 4] * p[o]))
         elif codes[k] == _REVERSAL:
             memory[k] = 1e300
-        else:
-            memory[k] = 0.0
+
+
+@inlined
+def _begin(sens, k, column, parameter, value):
+    if sens.shape[1] > 0 and column[parameter] >= 0:
+        sens[k, column[parameter]] = value

@@ -104,7 +104,7 @@ def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory,
     if wanted:
         for j in range(de.size):
             de_base[j] += gh * rate_sens[j]
-        carry(program, sens, de, de_base, work[1])
+        carry(program, sens, de, de_base, rate_sens, work[1])
         _copy(de, de_base)
     if program[5]:
         _copy(memory, work[0])
@@ -148,7 +148,7 @@ def mounted(
         top = max(top, abs(v[i]))
     state[1], state[2], state[3], state[4], state[7] = x[0], v[0], v[0], 1e-13 * top, v[0]
     failures = 0
-    steady(codes, offsets, p, v[0], memory)
+    steady(codes, offsets, p, column, v[0], memory, sens)
     for i in range(x.size - 1):
         steps, again = substeps, True
         touching = abs(state[0]) > 0.5 * mount[GAP]

@@ -13,7 +13,7 @@ from identification.physical.collocation import collocation_space
 from identification.physical.compiled import compiled
 from identification.physical.core import core_force, has_rare
 from identification.physical.friction import sign
-from identification.physical.memory import advance, is_memory, own, own_count, steady
+from identification.physical.memory import PARTIALS, advance, is_memory, own, own_count, steady
 from identification.physical.modifiers import has_modifier
 
 
@@ -21,7 +21,7 @@ def workspace(
     elements: int, parameters: int, columns: int, substeps: int = 1
 ) -> tuple[Any, ...]:  # Any: a nest of arrays, opaque outside
     """Arrays that one run of `rigid` or `mounted` works in, all zero."""
-    rows = elements + 1  # the last one belongs to the relaxing branch of a mount
+    rows = elements + 2  # the last two belong to the relaxing branch of a mount and to the core's last velocity
     return (
         np.zeros(elements),  # memories
         np.zeros((rows, columns)),  # their sensitivities
@@ -32,8 +32,8 @@ def workspace(
         (np.zeros(elements), np.zeros((rows, columns)), np.zeros(columns), np.zeros(8)),  # kept for a retry
         (
             np.zeros(elements),
-            np.zeros((elements, 7)),
-            np.zeros(7),
+            np.zeros((elements, PARTIALS)),
+            np.zeros(PARTIALS),
             np.zeros(parameters + 1),
             np.zeros(elements),
         ),
@@ -54,11 +54,11 @@ def rigid(codes, offsets, p, column, dt, inputs, du, eps, force, jac, space):
     """
     n_el = codes.size
     x, v, u, temperature, a, v_m = inputs
-    memory, sens, out = space[0], space[1], space[3]
+    memory, sens, out = space[0], space[1], space[5][1][0]
     _, _, tmp, dp, dm = space[5]
     wanted = jac.shape[0] > 0
     modified, rare = has_modifier(codes), has_rare(codes)
-    steady(codes, offsets, p, v[0], memory)
+    steady(codes, offsets, p, column, v[0], memory, sens)
     for i in range(x.size):
         z, w = x[i], v[i]
         s = sign(w, eps)

@@ -9,7 +9,17 @@ import numpy as np
 
 from identification.physical.compiled import compiled, inlined, pasted
 from identification.physical.core import core_force
-from identification.physical.memory import advance, is_memory, own, own_count
+from identification.physical.memory import (
+    BY_MEMORY,
+    BY_W,
+    BY_W_OLD,
+    BY_Z,
+    OWN,
+    advance,
+    is_memory,
+    own,
+    own_count,
+)
 from identification.physical.mount import (
     C2,
     C_CONTROL,
@@ -50,7 +60,8 @@ def _trial(program, z, w, s, h, inputs, state, memory, work, wanted):
     if remembers:
         for k in range(codes.size):
             if is_memory(codes[k]):
-                f_z += dm[k] * parts[k, 1]
+                f_z += dm[k] * parts[k, BY_Z]
+                f_w += dm[k] * parts[k, BY_W]
     return f, f_z, f_w, f_u, jump
 
 
@@ -100,13 +111,17 @@ def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, state, memory, work, 
             else:
                 high = w
             new = w - residual / slope if slope > 0.0 else np.nan
+            # Newton squares its error: what is within 1e-7 now is at round-off after the evaluation that follows. Asked
+            # before the bracket, which round-off would have closed on the solution itself.
+            ready = abs(new - w) <= 1e-7 * abs(w) + tol
             if not (low < new < high):
-                if np.isfinite(low) and np.isfinite(high):
+                if ready:
+                    new = w
+                elif np.isfinite(low) and np.isfinite(high):
                     new = 0.5 * (low + high)
+                    ready = new in (low, high)
                 else:
                     new = w - np.sign(residual) * max(2.0 * abs(w), 1e3 * tol)
-            # Newton squares its error: what is within 1e-7 now is at round-off after the evaluation that follows.
-            ready = abs(new - w) <= 1e-7 * abs(w) + tol or new == w
             w = new
         slope = max(slope, 1e-300)
     return w, stiff, f_u, slope, done or ready
@@ -132,10 +147,11 @@ def rate_sensitivity(
             if is_memory(codes[k]):
                 first = own(codes[k], offsets[k])
                 for j in range(out.size):  # the leg began at z_old, which moved by −de
-                    out[j] += dm[k] * (parts[k, 0] * sens[k, j] + parts[k, 1] * de[j])
+                    out[j] += dm[k] * (parts[k, BY_MEMORY] * sens[k, j] + parts[k, BY_Z] * de[j])
+                    out[j] += dm[k] * parts[k, BY_W_OLD] * sens[codes.size + 1, j]
                 for j in range(own_count(codes[k])):
                     if column[first + j] >= 0:
-                        out[column[first + j]] += dm[k] * parts[k, 2 + j]
+                        out[column[first + j]] += dm[k] * parts[k, OWN + j]
     add_mount_partials(out, mount_column, e, rate, u, mount, -1.0)
     if mount[K2] > 0.0:
         by_f2, by_k2, by_c2 = branch_partials(mount, f2, gh, rate)
@@ -150,17 +166,20 @@ def rate_sensitivity(
 
 
 @compiled
-def carry(program, sens, de, de_new, parts):
-    """Sensitivities of the memories after a step in which the core moved by the change of −e."""
+def carry(program, sens, de, de_new, rate_sens, parts):
+    """Sensitivities of the memories after a step in which the core moved by the change of −e to a velocity v − r."""
     codes, offsets, column = program[0], program[1], program[3]
     for k in range(codes.size):
         if is_memory(codes[k]):
             first = own(codes[k], offsets[k])
             for j in range(de.size):
-                sens[k, j] = parts[k, 0] * sens[k, j] + parts[k, 1] * (de[j] - de_new[j])
+                sens[k, j] = parts[k, BY_MEMORY] * sens[k, j] + parts[k, BY_Z] * (de[j] - de_new[j])
+                sens[k, j] += parts[k, BY_W_OLD] * sens[codes.size + 1, j] - parts[k, BY_W] * rate_sens[j]
             for j in range(own_count(codes[k])):
                 if column[first + j] >= 0:
-                    sens[k, column[first + j]] += parts[k, 2 + j]
+                    sens[k, column[first + j]] += parts[k, OWN + j]
+    for j in range(de.size):
+        sens[codes.size + 1, j] = -rate_sens[j]
 
 
 @compiled

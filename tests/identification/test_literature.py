@@ -62,8 +62,7 @@ def test_every_model_runs_survives_the_file_and_has_an_exact_gradient(name: str,
     write_model(tmp_path / "model.json", model)
     assert read_model(tmp_path / "model.json") == replace(model)
     assert np.all(np.isfinite(simulate(model, motion()).force))
-    # a reversal within a step of a mounted memory is linearised by position alone
-    assert gradient_error(model, motion()) < (2e-3 if name == "modified Bouc–Wen" else 1e-5)
+    assert gradient_error(model, motion()) < 1e-5
 
 
 def test_no_model_of_the_literature_adds_a_name_to_the_workflow() -> None:
