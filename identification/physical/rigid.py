@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from identification.physical.collocation import collocation_space
 from identification.physical.compiled import compiled
 from identification.physical.core import core_force, has_rare
 from identification.physical.friction import sign
@@ -17,10 +16,8 @@ from identification.physical.memory import PARTIALS, advance, is_memory, own, ow
 from identification.physical.modifiers import has_modifier
 
 
-def workspace(
-    elements: int, parameters: int, columns: int, substeps: int = 1
-) -> tuple[Any, ...]:  # Any: a nest of arrays, opaque outside
-    """Arrays that one run of `rigid` or `mounted` works in, all zero."""
+def workspace(elements: int, parameters: int, columns: int) -> tuple[Any, ...]:  # Any: a nest of arrays, opaque outside
+    """Arrays that one run of `rigid` or `mounted` works in, all zero; `mounted` wants a `collocation_space` too."""
     rows = elements + 2  # the last two belong to the relaxing branch of a mount and to the core's last velocity
     return (
         np.zeros(elements),  # memories
@@ -38,7 +35,6 @@ def workspace(
             np.zeros(elements),
         ),
         (np.zeros(columns), np.zeros(columns), np.zeros(columns)),
-        collocation_space(columns, substeps),
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import SimulationError
+from identification.physical.collocation import collocation_space
 from identification.physical.control import effective_current
 from identification.physical.elements import Code
 from identification.physical.model import Element, Model
@@ -108,16 +109,19 @@ def _damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Resp
     v_m = _amplitude_velocity(motion) if any(e.spec.code in _NEED_AMPLITUDE for e in core) else motion.a
     inputs = (motion.x, motion.v, u, motion.temperature, motion.a, v_m)
     common = (codes, offsets, p, column, motion.dt, inputs, du)
-    space = workspace(codes.size, p.size, used, substeps)
+    space = workspace(codes.size, p.size, used)
     failures = 0
     if mount:
         stiffness, columns, fine = _mount(mount, core, n_control + p.size)
+        space = (*space, collocation_space(used, substeps))
         failures = mounted(*common, stiffness, columns, substeps, fine * substeps, force, jac, space)
     else:
         eps = 1e-9 * float(np.max(np.abs(motion.v), initial=0.0))
         rigid(*common, eps, force, jac, space)
     if not gradient:
         return Response(force, None, failures)
+    if not mount and used == total:
+        return Response(force, jac, failures)
     out = np.zeros((motion.x.size, total))
     out[:, :n_mount] = jac[:, n_control + p.size :]
     out[:, n_mount : n_mount + n_control] = jac[:, :n_control]
