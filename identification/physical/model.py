@@ -41,7 +41,7 @@ class Element:
             names = ", ".join(p.name for p in self.spec.parameters)
             raise ModelError(f"element '{self.name}' needs the parameters {names}")
         for spec, parameter in zip(self.spec.parameters, self.parameters, strict=True):
-            _check(f"{self.name}.{spec.name}", parameter, spec.low, spec.high)
+            _check(f"{self.name}.{spec.name}", spec.unit, parameter, spec.low, spec.high)
 
     @property
     def spec(self) -> ElementSpec:
@@ -53,16 +53,16 @@ class Element:
         return self.parameters[self.spec.index(parameter)].value
 
 
-def _check(where: str, parameter: Parameter, low: float, high: float) -> None:
+def _check(where: str, unit: str, parameter: Parameter, low: float, high: float) -> None:
     value = parameter.value
     if not math.isfinite(value):
         raise ModelError(f"{where} is {value}: it must be a finite number")
     if not low <= value <= high:
-        raise ModelError(f"{where} is {value:g}: physically it lies within [{low:g}, {high:g}]")
+        raise ModelError(f"{where} is {value:g} {unit}: physically it lies within [{low:g}, {high:g}]")
     own_low = -math.inf if parameter.low is None else parameter.low
     own_high = math.inf if parameter.high is None else parameter.high
     if not own_low <= value <= own_high:
-        raise ModelError(f"{where} is {value:g}: outside its own limits [{own_low:g}, {own_high:g}]")
+        raise ModelError(f"{where} is {value:g} {unit}: outside its own limits [{own_low:g}, {own_high:g}]")
 
 
 def element(name: str, values: Mapping[str, float], fixed: Sequence[str] = ()) -> Element:

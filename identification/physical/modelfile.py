@@ -96,12 +96,12 @@ def _element(where: str, path: str, item: Json) -> Element:
             f"{where}: '{name}' has no parameter '{min(unknown)}': it has {', '.join(p.name for p in spec.parameters)}"
         )
     try:
-        return Element(name, tuple(_parameters(where, spec, given)))
+        return Element(name, tuple(_parameters(spec, given)))
     except ModelError as error:
         raise ModelError(f"{where}: {error}") from error
 
 
-def _parameters(where: str, spec: ElementSpec, given: Mapping[str, Json]) -> list[Parameter]:
+def _parameters(spec: ElementSpec, given: Mapping[str, Json]) -> list[Parameter]:
     out = []
     for p in spec.parameters:
         default = p.constant if p.constant is not None else p.default
@@ -110,7 +110,7 @@ def _parameters(where: str, spec: ElementSpec, given: Mapping[str, Json]) -> lis
         if p.name not in given:
             out.append(Parameter(value=float(default or 0.0), fixed=True))
         else:
-            out.append(_parameter(f"{where}.{p.name}", given[p.name], constant=p.constant is not None))
+            out.append(_parameter(f"{spec.name}.{p.name}", given[p.name], constant=p.constant is not None))
     return out
 
 
