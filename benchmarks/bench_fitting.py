@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 
 RUN = Path(__file__).parents[1] / "api/demo/data/mr_utfpr/ensaio_A_3.h5"
 REFERENCE_SAMPLES = 6 * 20_000
-SEEDS = range(12)
+SEEDS = range(24)
 BUDGETS = (300, 1000, 3000)
 SEARCHES = 5
 
@@ -39,29 +39,38 @@ def main() -> None:
 
 
 def recovery() -> None:
-    """Null specimens: every free parameter 30 % up or down, then a fit to all runs."""
+    """Null specimens: every free parameter 30 % up or down, then a fit to all runs.
+
+    The noise is that of the load cell alone; a stiff or heavy damper makes more of that of the displacement, which no
+    start could avoid: what the fit from the specimen's own values leaves is told beside it.
+    """
     print(
         "recovery of null specimens from starts ±30 % off, goal: within 5 % of the noise, 6 × 20 000 samples in ≤ 5 s"
     )
-    reached, worst, seconds = 0, 0.0, []
+    reached, same, worst, seconds = 0, 0, 0.0, []
     for seed in SEEDS:
         hidden = case(seed, "null")
         model = model_from_json(hidden.base_model)
         off = _off(model, seed)
-        fit(off, hidden.runs[:1]) if seed == 0 else None  # compiled, or loaded from the cache
+        own = fit(model, hidden.runs).rms / hidden.noise_n  # compiled, or loaded from the cache, too
         began = time.perf_counter()
         found = fit(off, hidden.runs)
         took = (time.perf_counter() - began) * REFERENCE_SAMPLES / sum(r.samples for r in hidden.runs)
         ratio = found.rms / hidden.noise_n
-        reached, worst = reached + (ratio <= 1.05), max(worst, ratio)
+        reached, worst, same = reached + (ratio <= 1.05), max(worst, ratio), same + (ratio <= 1.001 * own)
         seconds.append(took)
         family = str(hidden.detail.get("family", ""))
         print(
-            f"  seed {seed:2d} {family:22s} {ratio:6.3f} × noise, {found.iterations:2d} steps, "
+            f"  seed {seed:2d} {family:22s} {ratio:6.3f} × noise ({own:.3f} from its own values), "
+            f"{found.iterations:2d} steps, "
             f"{took:5.2f} s for 120 000 samples, {'converged' if found.converged else found.reason}",
             flush=True,
         )
-    print(f"  {reached} of {len(SEEDS)} within 5 % of the noise, worst {worst:.3f}; median {np.median(seconds):.2f} s, "
+    print(
+        f"  {reached} of {len(SEEDS)} within 5 % of the noise, worst {worst:.3f}; "
+        f"{same} as near as from their own values"
+    )
+    print(f"  median {np.median(seconds):.2f} s, "
           f"longest {max(seconds):.2f} s")  # fmt: skip
 
 
