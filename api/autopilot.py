@@ -11,7 +11,7 @@ from rigctl.runfile import Run
 
 __all__ = ["SURE", "Round", "autopilot"]
 
-SURE = 0.9  # confidence in every name at which no further test is worth its rig time
+SURE = 0.85  # confidence in every name at which no further test is worth its rig time
 
 
 @dataclass(frozen=True, slots=True)

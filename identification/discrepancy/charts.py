@@ -107,7 +107,7 @@ def _density(residual: Floats, dt: float) -> tuple[Floats, Floats]:
 
 
 def profiles(e: Explanation) -> go.Figure:
-    """Mean residual of the refitted base over every variable, with its rms as a band."""
+    """Mean residual of the refitted base over every variable, with how far the runs differ as a band, and its rms."""
     wanted = [p for p in e.profiles if p.variable not in ("speed", "stroke")]
     columns = 3
     rows = -(-len(wanted) // columns)
@@ -118,6 +118,20 @@ def profiles(e: Explanation) -> go.Figure:
         row, column = k // columns + 1, k % columns + 1
         scale, unit = (1e3, "mm") if p.unit == "m" else (1.0, p.unit)
         x = p.centre * scale
+        figure.add_scatter(
+            x=np.concatenate([x, x[::-1]]),
+            y=np.concatenate([p.mean + p.band, (p.mean - p.band)[::-1]]),
+            fill="toself",
+            line={"width": 0},
+            fillcolor=REFITTED,
+            opacity=0.15,
+            hoverinfo="skip",
+            name="from run to run",
+            showlegend=k == 0,
+            legendgroup="band",
+            row=row,
+            col=column,
+        )
         figure.add_scatter(x=x, y=p.rms, line={"width": 1, "color": REFITTED, "dash": "dot"}, name="rms",
                            showlegend=k == 0, legendgroup="rms", row=row, col=column)  # fmt: skip
         figure.add_scatter(x=x, y=p.mean, line={"width": 1.8, "color": REFITTED}, name="mean of measured − simulated",

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.discrepancy.candidates import unlimited
-from identification.discrepancy.checks import check_model, check_runs
 from identification.discrepancy.equation import describe
-from identification.discrepancy.evidence import ONE_RUN, Evidence, gather
+from identification.discrepancy.evidence import ONE_RUN, TWO_RUNS, Evidence, gather
 from identification.discrepancy.explanation import (
     Effect,
     Explanation,
@@ -21,7 +20,6 @@ from identification.discrepancy.explanation import (
     Verdict,
     gaps_of,
 )
-from identification.discrepancy.holdout import keep_back
 from identification.discrepancy.hum import Hum, find_hum, hum_in
 from identification.discrepancy.naming import (
     FORM_TOLERANCE,
@@ -33,14 +31,16 @@ from identification.discrepancy.naming import (
     significant_excess,
 )
 from identification.discrepancy.nexttest import propose
+from identification.discrepancy.notes import finer, of_runs, tared_apart
+from identification.discrepancy.preparation import prepared
 from identification.discrepancy.signatures import tangent
 from identification.discrepancy.where import Region, locate
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records, predict
 from identification.motion_noise import with_motion_noise
 from identification.physical.elements import CATALOGUE
-from identification.physical.model import Element, Model, element
-from identification.record import Record, compact, noise_without, on_top_of_simulation, record_from_run, same_load_cell
+from identification.physical.model import Element, Model
+from identification.record import Record, compact, noise_without, same_load_cell
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -48,7 +48,6 @@ Progress = Callable[[str, float], None]
 
 _UTTER = 0.2  # below this confidence a name is no name
 _AMBIGUOUS = 0.9  # below this confidence the next test is worth its rig time
-_TARED_APART = 0.3  # scatter of the runs' mean residuals over the gap beyond which it deserves a warning
 _NEAR_FLOOR = 0.35  # an excess below this share of the noise can't be told from it run by run
 
 
@@ -77,13 +76,7 @@ def explain(
     """
     say = on_progress or (lambda text, done: None)
     say("preparing the runs", 0.0)
-    check_runs([*runs, *(held_out or ())])
-    records = same_load_cell([record_from_run(r) for r in (*runs, *(held_out or ()))])
-    if model is None:
-        records = [on_top_of_simulation(r, q) for r, q in zip(records, (*runs, *(held_out or ())), strict=True)]
-        model = Model(name="the given simulation", elements=(element("viscous_damping", {"c": 0.0}, fixed=("c",)),))
-    train, held = (records[: len(runs)], records[len(runs) :]) if held_out else keep_back(records)
-    check_model(model, [*train, *held])
+    model, train, held = prepared(model, runs, held_out)
     say("fitting the model as given", 0.05)
     base = fit_records(model, [compact(r) for r in train])
     hum, train_quiet = _without_hum(base, train)
@@ -159,10 +152,10 @@ def _conclude(
     quiet: Sequence[Record],
     say: Progress,
 ) -> Explanation:
-    finer = found.fit.model != base.model
+    shaped = found.fit.model != base.model
     grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
     grown = replace(grown, elements=tuple(unlimited(e) if e.name in found.names else e for e in grown.elements))
-    final = fit_records(grown, train, max_iterations=12) if (found.names or hum or finer) else base
+    final = fit_records(grown, train, max_iterations=12) if (found.names or hum or shaped) else base
     full_base = fit_records(base.model, train, max_iterations=8)
     traces = [_trace(r, given, full_base.model, final.model, held_out=False) for r in train]
     traces += [_trace(r, given, full_base.model, final.model, held_out=True) for r in held]
@@ -193,7 +186,7 @@ def _conclude(
         model=replace(final.model, name=_name(given, names)),
         moves=found.moves,
         traces=tuple(traces),
-        notes=(*_notes(train, held), *_finer(base.model, found.fit.model), *_tared_apart(traces)),
+        notes=(*of_runs(train, held), *finer(base.model, found.fit.model), *tared_apart(traces)),
     )
 
 
@@ -230,7 +223,8 @@ def _effects(
     if hum is not None:
         element = next(x for x in final.model.elements if x.name == "mains_hum")
         before = float(np.hypot(gap_after, hum.amplitude / np.sqrt(2.0)))
-        out.append(_effect(element, 0.99 if records > 1 else 0.99 * ONE_RUN, (), before, gap_after, None))
+        belief = {1: ONE_RUN, 2: TWO_RUNS}.get(records, 0.99)
+        out.append(_effect(element, belief, (), before, gap_after, None))
     return tuple(out)
 
 
@@ -282,51 +276,3 @@ def _nearest(found: Search) -> str:
 
 def _name(given: Model, names: Sequence[str]) -> str:
     return given.name if not names else f"{given.name} + {', '.join(CATALOGUE[n].title for n in names)}"
-
-
-def _finer(base: Model, fitted: Model) -> list[str]:
-    """What the base's own curves were found to be finer than their canonical form."""
-    return [
-        f"{e.spec.title} of the base: {spec.name} = {p.value:.3g} {spec.unit}, where its canonical form jumps"
-        for e in fitted.elements
-        if base.has(e.name)
-        for spec, p in zip(e.spec.parameters, e.parameters, strict=True)
-        if spec.refinement and not p.fixed and p.value > 0.0
-    ]
-
-
-def _tared_apart(traces: Sequence[Traces]) -> list[str]:
-    """A warning where a share of the gap is a mean force that some runs have and others have not."""
-    rest = [t.record.measured - t.final for t in traces]
-    means = np.array([float(np.mean(e)) for e in rest])
-    gap = float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
-    if len(traces) < 3 or float(np.std(means)) < _TARED_APART * gap:
-        return []
-    low, high = int(np.argmin(means)), int(np.argmax(means))
-    return [
-        f"the mean force differs from run to run: {means[low]:.3g} N left in {traces[low].record.name}, "
-        f"{means[high]:.3g} N in {traces[high].record.name}; was the load cell tared between them?"
-    ]
-
-
-def _one_frequency(records: Sequence[Record]) -> bool:
-    spreads = [(float(np.std(r.motion.v[r.window])), float(np.std(r.motion.x[r.window]))) for r in records]
-    rates = [v / max(x, 1e-300) for v, x in spreads]
-    return max(rates) < 1.1 * min(rates)
-
-
-def _notes(train: Sequence[Record], held: Sequence[Record]) -> list[str]:
-    notes = [f"{r.name}: {r.route}" for r in train] + [f"{r.name} (held out): {r.route}" for r in held]
-    notes += [f"{r.name}: {note}" for r in (*train, *held) for note in r.notes]
-    every = [*train, *held]
-    if any(r.simulated is not None for r in every):
-        notes.append(
-            "on top of a foreign simulation: effects inside it (mount, control path, modifiers) are out of reach"
-        )
-    if not any(r.has_current for r in every):
-        notes.append("no run has a control current: effects on the control path could not have shown")
-    if not any(r.has_temperature for r in every):
-        notes.append("no run has a temperature: a fade with temperature could not have shown")
-    if all(r.kind in ("sine", "triangle") for r in every) and _one_frequency(every):
-        notes.append("one frequency only: a stiffness and a moving mass look alike here")
-    return notes

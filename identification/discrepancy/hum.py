@@ -17,6 +17,7 @@ _SUPPLIES_HZ = (50.0, 60.0, 50.0 / 3.0, 400.0)  # mains, railway and aircraft su
 _STANDS_OUT = 30.0  # power over the local level: by chance less than one line in 10^12
 _MATERIAL = 0.003  # of rms force: less matters to nobody
 _CYCLES = 5.0  # in the shortest run: slower, a tone is an offset or a drift
+_BLOCKS = 256  # into which a record is summed: what lies within some 30 lines of the centre stays as it is
 _SAME_AMPLITUDE = 0.35  # scatter over the runs beyond which it is no property of the channel
 
 
@@ -43,12 +44,11 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
     least = _MATERIAL * float(np.sqrt(2.0 * np.mean(force**2)))
     best: Hum | None = None
     for coarse in wanted:
-        frequency = _refine(coarse, residuals, records)
+        near = [_Near(e, r.dt, coarse) for e, r in zip(residuals, records, strict=True)]
+        frequency = _refine(coarse, near, records)
         if frequency < slowest:
             continue
-        amplitudes, ratios = zip(
-            *(_tone(e, r.dt, frequency) for e, r in zip(residuals, records, strict=True)), strict=True
-        )
+        amplitudes, ratios = zip(*(n.tone(frequency) for n in near), strict=True)
         middle = float(np.median(amplitudes))
         scatter = float(np.std(amplitudes)) / max(middle, 1e-300)
         seen = np.mean(np.array(ratios) > _STANDS_OUT)
@@ -67,28 +67,36 @@ def hum_in(record: Record, residual: Floats, hum: Hum) -> Floats:
     return tone
 
 
-def _refine(coarse: float, residuals: Sequence[Floats], records: Sequence[Record]) -> float:
+class _Near:
+    """A residual around one frequency: turned to rest there and summed in blocks, so that each further costs little."""
+
+    def __init__(self, residual: Floats, dt: float, centre: float) -> None:
+        self.samples, self.width, self.centre = residual.size, 1.0 / (residual.size * dt), centre
+        turned = residual * np.exp(-2j * np.pi * centre * dt * np.arange(residual.size))
+        block = -(-residual.size // _BLOCKS)
+        padded = np.concatenate([turned, np.zeros(block * _BLOCKS - residual.size)])
+        self._sums = padded.reshape(_BLOCKS, block).sum(axis=1)
+        self._times = (np.arange(_BLOCKS) + 0.5) * block * dt
+
+    def amplitudes(self, frequencies: Floats) -> Floats:
+        """Amplitude at each frequency (K,) within some lines of the centre, (K,), N."""
+        turns = np.exp(-2j * np.pi * np.outer(frequencies - self.centre, self._times))
+        out: Floats = 2.0 * np.abs(turns @ self._sums) / self.samples
+        return out
+
+    def tone(self, frequency: float) -> tuple[float, float]:
+        """Amplitude at a frequency, and its power over the level of the lines beside it."""
+        beside = self.amplitudes(frequency + self.width * np.array([*range(-14, -2), *range(3, 15)]))
+        amplitude = float(self.amplitudes(np.array([frequency]))[0])
+        return amplitude, amplitude**2 / max(float(np.median(beside**2)) / np.log(2.0), 1e-300)
+
+
+def _refine(coarse: float, near: Sequence[_Near], records: Sequence[Record]) -> float:
     """Frequency of the largest common power within a line's width of `coarse`, Hz."""
-    width = 1.0 / min(r.size * q.dt for r, q in zip(residuals, records, strict=True))
+    width = max(n.width for n in near)
     frequency = coarse
     for span in (width, 0.2 * width, 0.04 * width):
         grid = frequency + np.linspace(-span, span, 11)
-        power = [
-            sum(_amplitude(e, r.dt, f) ** 2 * e.size / r.sigma**2 for e, r in zip(residuals, records, strict=True))
-            for f in grid
-        ]
+        power = sum(n.amplitudes(grid) ** 2 * (n.samples / r.sigma**2) for n, r in zip(near, records, strict=True))
         frequency = float(grid[int(np.argmax(power))])
     return frequency
-
-
-def _amplitude(residual: Floats, dt: float, frequency: float) -> float:
-    turn = np.exp(-2j * np.pi * frequency * dt * np.arange(residual.size))
-    return float(2.0 * np.abs(np.dot(residual, turn)) / residual.size)
-
-
-def _tone(residual: Floats, dt: float, frequency: float) -> tuple[float, float]:
-    """Amplitude at a frequency, and its power over the level of the lines beside it."""
-    amplitude = _amplitude(residual, dt, frequency)
-    width = 1.0 / (residual.size * dt)
-    beside = [_amplitude(residual, dt, frequency + k * width) for k in (*range(-14, -2), *range(3, 15))]
-    return amplitude, amplitude**2 / max(float(np.median(np.square(beside))) / np.log(2.0), 1e-300)

@@ -81,8 +81,10 @@ def signature(model: Model, trial: Element, records: Sequence[Record], at: Tange
     except SimulationError:
         return Signature(trial, 0.0, 0.0)
     stacked = np.concatenate(columns)
-    norms = np.linalg.norm(stacked, axis=0)
-    stacked = stacked[:, norms > 0.0] / norms[norms > 0.0]
+    with np.errstate(over="ignore", invalid="ignore"):
+        norms = np.linalg.norm(stacked, axis=0)
+    sane = (norms > 0.0) & (norms < np.inf)  # a shape at the edge of what it bears may run away
+    stacked = stacked[:, sane] / norms[sane]
     if stacked.shape[1] == 0:
         return Signature(trial, 0.0, 0.0)
     left = at.project(stacked)

@@ -32,13 +32,17 @@ class Region:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Profile:
-    """Mean and rms of the residual over one variable, for a chart: arrays (B,)."""
+    """Mean and rms of the residual over one variable, for a chart: arrays (B,).
+
+    `band` is how far the means of single runs scatter around it: a curve within its band is not one of the machine.
+    """
 
     variable: str
     unit: str
     centre: Floats
     mean: Floats
     rms: Floats
+    band: Floats
 
 
 def variables(record: Record) -> dict[str, tuple[Floats, str]]:
@@ -103,14 +107,27 @@ def locate(residuals: Sequence[Floats], records: Sequence[Record]) -> tuple[list
         mean = np.bincount(index, weights=stacked, minlength=_BINS) / np.maximum(count, 1.0)
         rms = np.sqrt(np.bincount(index, weights=stacked**2, minlength=_BINS) / np.maximum(count, 1.0))
         seen = count > 0
+        band = _between_runs([e for _, e in chosen], index, mean)
+        centre = 0.5 * (edges[1:] + edges[:-1])
         profiles.append(
-            Profile(
-                variable=name, unit=unit, centre=(0.5 * (edges[1:] + edges[:-1]))[seen], mean=mean[seen], rms=rms[seen]
-            )
+            Profile(variable=name, unit=unit, centre=centre[seen], mean=mean[seen], rms=rms[seen], band=band[seen])
         )
         regions.append(_region(name, unit, edges, np.maximum(energy, 0.0), count, _loudest(chosen)))
     order = sorted(regions, key=lambda g: -_telling(g.variable) * g.share_of_gap / max(g.share_of_samples, 0.02))
     return order[:4], profiles
+
+
+def _between_runs(residuals: Sequence[Floats], index: NDArray[np.int64], mean: Floats) -> Floats:
+    """Scatter of the means of single runs per bin, weighted by their samples, (B,); zero where one run alone is."""
+    square, weight, start = np.zeros(_BINS), np.zeros(_BINS), 0
+    for e in residuals:
+        own = index[start : start + e.size]
+        start += e.size
+        count = np.bincount(own, minlength=_BINS)
+        away = np.bincount(own, weights=e, minlength=_BINS) / np.maximum(count, 1) - mean
+        square += count * away**2
+        weight += count
+    return np.asarray(np.sqrt(square / np.maximum(weight, 1)))
 
 
 def _telling(variable: str) -> float:

@@ -71,8 +71,9 @@ def predict(model: Model, record: Record, *, gradient: bool = False) -> tuple[Fl
     response = simulate(model, motion, gradient=gradient)
     full, whole = response.gradient, response.force
     if record.band_hz is not None:
-        whole = low_pass(whole, 1.0 / record.dt, record.band_hz)
-        full = None if full is None else low_pass(full, 1.0 / record.dt, record.band_hz)
+        with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the sums of its gradient
+            whole = low_pass(whole, 1.0 / record.dt, record.band_hz)
+            full = None if full is None else low_pass(full, 1.0 / record.dt, record.band_hz)
     force = whole[record.window]
     if record.simulated is not None:
         force = force + record.simulated[record.window]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from api.autopilot import SURE
 from api.cli.main import main
 from rigctl.runfile import read_run
 from tests.api.test_rig_commands import a_sim
@@ -45,7 +46,7 @@ def test_from_one_sine_it_finds_the_tests_that_make_the_name_sure(
         assert flown(url, "90") == 0
     report = json.loads((folder / "found" / "report.json").read_text(encoding="utf-8"))
     assert [e["element"] for e in report["effects"]] == ["stribeck_friction"]
-    assert report["effects"][0]["confidence"] >= 0.9
+    assert report["effects"][0]["confidence"] >= SURE
     asked = [read_run(path) for path in (folder / "found" / "runs").glob("*.h5")]
     assert len(asked) >= 1
     assert sum(run.samples / run.sample_rate_hz for run in asked) <= 90.0

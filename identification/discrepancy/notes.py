@@ -1,0 +1,65 @@
+"""What the reader of a report should know of the runs: how they were read, and what they could not have shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identification.discrepancy.explanation import Traces
+from identification.physical.model import Model
+from identification.record import Record
+
+_TARED_APART = 0.3  # scatter of the runs' mean residuals over the gap beyond which it deserves a warning
+_STEADY = 0.02  # swing of a current, as a share of it, that moves nothing
+
+
+def finer(base: Model, fitted: Model) -> list[str]:
+    """What the base's own curves were found to be finer than their canonical form."""
+    return [
+        f"{e.spec.title} of the base: {spec.name} = {p.value:.3g} {spec.unit}, where its canonical form jumps"
+        for e in fitted.elements
+        if base.has(e.name)
+        for spec, p in zip(e.spec.parameters, e.parameters, strict=True)
+        if spec.refinement and not p.fixed and p.value > 0.0
+    ]
+
+
+def tared_apart(traces: Sequence[Traces]) -> list[str]:
+    """A warning where a share of the gap is a mean force that some runs have and others have not."""
+    rest = [t.record.measured - t.final for t in traces]
+    means = np.array([float(np.mean(e)) for e in rest])
+    gap = float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
+    if len(traces) < 3 or float(np.std(means)) < _TARED_APART * gap:
+        return []
+    low, high = int(np.argmin(means)), int(np.argmax(means))
+    return [
+        f"the mean force differs from run to run: {means[low]:.3g} N left in {traces[low].record.name}, "
+        f"{means[high]:.3g} N in {traces[high].record.name}; was the load cell tared between them?"
+    ]
+
+
+def _one_frequency(records: Sequence[Record]) -> bool:
+    spreads = [(float(np.std(r.motion.v[r.window])), float(np.std(r.motion.x[r.window]))) for r in records]
+    rates = [v / max(x, 1e-300) for v, x in spreads]
+    return max(rates) < 1.1 * min(rates)
+
+
+def of_runs(train: Sequence[Record], held: Sequence[Record]) -> list[str]:
+    """How each run was read, and what these runs could not have shown."""
+    notes = [f"{r.name}: {r.route}" for r in train] + [f"{r.name} (held out): {r.route}" for r in held]
+    notes += [f"{r.name}: {note}" for r in (*train, *held) for note in r.notes]
+    every = [*train, *held]
+    if any(r.simulated is not None for r in every):
+        notes.append(
+            "on top of a foreign simulation: effects inside it (mount, control path, modifiers) are out of reach"
+        )
+    if not any(r.has_current for r in every):
+        notes.append("no run has a control current: effects on the control path could not have shown")
+    elif not any(np.ptp(r.motion.i[r.window]) > _STEADY * np.max(np.abs(r.motion.i)) for r in every):
+        notes.append("the current is constant in every run: lags and hysteresis of the control could not have shown")
+    if not any(r.has_temperature for r in every):
+        notes.append("no run has a temperature: a fade with temperature could not have shown")
+    if all(r.kind in ("sine", "triangle") for r in every) and _one_frequency(every):
+        notes.append("one frequency only: a stiffness and a moving mass look alike here")
+    return notes
