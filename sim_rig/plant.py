@@ -15,6 +15,7 @@ from sim_rig import actuator, damper
 from sim_rig.actuator import Actuator
 from sim_rig.parameters import Damper
 from sim_rig.sensors import Noise, read
+from sim_rig.skew import Skew
 
 INNER_HZ: Final = 16e3
 SUPPLY_PA: Final = 21e6
@@ -39,7 +40,7 @@ def play(
 
     The controller takes a straight line from set-point to set-point. Force and displacement pass one and the same
     anti-alias filter, a raised cosine of ±1 sample whose delay is compensated; current is held, so its
-    synchronous reading is its mean from this instant to the next. There is no skew between channels.
+    synchronous reading is its mean from this instant to the next. Skew between channels comes after, if any.
     """
     h = 1.0 / (rate_hz * fine)
     scratch = np.zeros(damper.RINGS)
@@ -83,6 +84,7 @@ class _Snapshot:
     axis: NDArray[np.float64]
     body: NDArray[np.float64]
     own: NDArray[np.float64]
+    past: NDArray[np.float64] | None  # what the skewed channels have still to show
     random: Mapping[str, Any]  # numpy's own form of a generator's state
 
 
@@ -90,8 +92,16 @@ class SimulatedPlant:
     """One specimen in the rig. The noise of a run depends on the seed and the run's number, on nothing else."""
 
     def __init__(
-        self, specimen: Damper, noise: Noise, *, seed: int, start_degc: float, machine: Actuator | None = None
+        self,
+        specimen: Damper,
+        noise: Noise,
+        *,
+        seed: int,
+        start_degc: float,
+        machine: Actuator | None = None,
+        skew: Skew | None = None,
     ) -> None:
+        self._skew = skew or Skew()
         self._specimen, self._noise, self._seed = specimen, noise, seed
         self._machine = machine or Actuator()
         self._runs = 0
@@ -103,6 +113,7 @@ class SimulatedPlant:
 
     def set_rate(self, rate_hz: float) -> None:
         """Sample at another rate; the fine step stays near 1/16 ms."""
+        self._skew.past = None
         self._rate_hz, self._fine = rate_hz, math.ceil(INNER_HZ / rate_hz)
 
     def heat(self, degc: float) -> None:
@@ -128,14 +139,15 @@ class SimulatedPlant:
             self._fine,
             truth,
         )
-        return read(truth, self._noise, state.random)
+        return read(self._skew.late(truth, self._rate_hz), self._noise, state.random)
 
     def snapshot(self) -> object:
         s = self._state
-        return _Snapshot(s.axis.copy(), s.body.copy(), s.own.copy(), s.random.bit_generator.state)
+        return _Snapshot(s.axis.copy(), s.body.copy(), s.own.copy(), self._skew.past, s.random.bit_generator.state)
 
     def restore(self, snapshot: object) -> None:
         assert isinstance(snapshot, _Snapshot)
         s = self._state
         s.axis[:], s.body[:], s.own[:] = snapshot.axis, snapshot.body, snapshot.own
+        self._skew.past = snapshot.past
         s.random.bit_generator.state = snapshot.random

@@ -21,6 +21,7 @@ from sim_rig.faulty_plant import FaultyPlant
 from sim_rig.modbus_server import serve_modbus
 from sim_rig.plant import SimulatedPlant
 from sim_rig.rig import SimulatedRig
+from sim_rig.skew import Skew
 from sim_rig.specimens import SPECIMENS
 
 
@@ -32,15 +33,16 @@ def build_rig(
     speed: float,
     now: Callable[[], float],
     faults: Sequence[str] = (),
+    skew: Sequence[str] = (),
 ) -> tuple[SimulatedRig, Truth]:
     """Make a rig with a specimen in it, and the truth about it.
 
-    Raises SpecimenError, FaultError: for a name that does not exist.
+    Raises SpecimenError, FaultError, SkewError: for a name that does not exist.
     """
     ordered = Faults([fault_order(text) for text in faults], now=now)
     truth = draw(specimen, hide, seed)
     noise = SPECIMENS[specimen].noise
-    plant = SimulatedPlant(truth.damper, noise, seed=seed, start_degc=truth.start_degc)
+    plant = SimulatedPlant(truth.damper, noise, seed=seed, start_degc=truth.start_degc, skew=Skew(skew))
     failing = FaultyPlant(plant, ordered) if ordered else plant
     return SimulatedRig(failing, speed=speed, now=now, serial=str(seed), faults=ordered), truth
 
@@ -54,21 +56,23 @@ def serve(
     speed: float = 1.0,
     reveal: str | os.PathLike[str] | None = None,
     faults: Sequence[str] = (),
+    skew: Sequence[str] = (),
     on_ready: Callable[[str], None] = lambda url: None,
 ) -> None:
     """Serve a simulated rig until SIGTERM or SIGINT; `on_ready` gets the address once a connection is accepted.
 
     `hide` names effects, or ``random``; what was drawn is told to nobody, unless `reveal` names a file for it.
-    `faults` are what goes wrong, as :func:`sim_rig.faults.fault_order` reads them.
+    `faults` are what goes wrong, as :func:`sim_rig.faults.fault_order` reads them; `skew` which channels are late, as
+    :func:`sim_rig.skew.skew_order` does.
 
     Raises
     ------
-    SpecimenError, FaultError, UrlError, SimRigError
+    SpecimenError, FaultError, SkewError, UrlError, SimRigError
         For a specimen, an effect, a fault, an address or a speed that cannot be, before anything listens.
     """
     over_can = can_address(url) if url.startswith("can:") else None
     host, port = ("", 0) if over_can is not None else host_and_port(url)
-    rig, truth = build_rig(specimen, hide=hide, seed=seed, speed=speed, now=time.monotonic, faults=faults)
+    rig, truth = build_rig(specimen, hide=hide, seed=seed, speed=speed, now=time.monotonic, faults=faults, skew=skew)
     if reveal is not None:
         write_truth(truth, Path(reveal))
     with ahead() if speed == 1 else nullcontext():  # a true clock; a faster one is an upper bound only

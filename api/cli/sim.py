@@ -33,6 +33,10 @@ def sim(
             help="What goes wrong, and when on the rig's clock after the first run began: emergency_stop@3, lost:0.01.",
         ),
     ] = None,
+    skew: Annotated[
+        list[str] | None,
+        typer.Option(metavar="CHANNEL=SECONDS", help="A channel whose reading is late, such as force=0.0005."),
+    ] = None,
     with_parent: Annotated[
         bool, typer.Option(help="End when standard input closes: when the program that started it has ended.")
     ] = False,
@@ -55,6 +59,7 @@ def sim(
         speed=speed,
         reveal=reveal,
         faults=tuple(fault or ()),
+        skew=tuple(skew or ()),
         on_ready=_ready,
     )
 
