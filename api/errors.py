@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from excitation.errors import ExcitationError
 from identification.errors import IdentificationError
 from rigctl.errors import IdentityError, IterationError, LimitError, RigError, RunFileError, TransportError, UrlError
-from sim_rig.errors import FaultError, SimRigError, SpecimenError, SpeedError
+from sim_rig.errors import FaultError, SimRigError, SkewError, SpecimenError, SpeedError
 
 __all__ = [
     "Conflict",
@@ -99,6 +99,7 @@ OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (RunFileError, _BAD_INPUT),
     (SpecimenError, _BAD_INPUT),
     (FaultError, _BAD_INPUT),
+    (SkewError, _BAD_INPUT),
     (SpeedError, _BAD_INPUT),
     (IdentityError, Outcome(502, 1)),
     (TransportError, Outcome(504, 1)),
