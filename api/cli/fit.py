@@ -24,6 +24,9 @@ def fit(
         float | None,
         typer.Option("--robust", help="Beyond so many noise deviations a sample counts by its size alone."),
     ] = None,
+    refine: Annotated[
+        bool, typer.Option("--refine", help="Let friction build up and hysteresis turn over gently, where the runs do.")
+    ] = False,
     profiled: Annotated[
         list[str] | None,
         typer.Option("--profile", metavar="ELEMENT.PARAMETER", help="Its interval by profile likelihood."),
@@ -50,6 +53,7 @@ def fit(
             measured,
             starts=starts,
             robust=robust,
+            refine=refine,
             on_step=lambda step, cost: tell(1 - 0.8**step, f"fitting, step {step}"),
         )
         records = [record_from_run(run) for run in measured] if profiled else []

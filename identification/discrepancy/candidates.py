@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from identification.discrepancy.scales import Scales
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, element
 from identification.record import Record
+from identification.scales import Scales
 
 Guess = Mapping[str, float]
 Guesses = Callable[[Scales], Sequence[Guess]]

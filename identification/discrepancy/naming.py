@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.discrepancy.candidates import admissible, guesses
-from identification.discrepancy.refine import refine_curves, refined, shaped_like
-from identification.discrepancy.scales import scales_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records, predict
+from identification.fitting.refine import refine_curves, refined, shaped_like
 from identification.physical.model import Element, Model
 from identification.record import Record
+from identification.scales import scales_of
 
 Floats = NDArray[np.float64]
 

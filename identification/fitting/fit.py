@@ -8,6 +8,7 @@ from identification.errors import DataError
 from identification.fitting.admission import admit, check_inputs
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.multistart import fit_from_many
+from identification.fitting.refine import refine_curves
 from identification.physical.model import Model
 from identification.record import record_from_run
 from rigctl.runfile import Run
@@ -19,13 +20,16 @@ def fit(
     *,
     starts: int = 1,
     robust: float | None = None,
+    refine: bool = False,
     on_step: Callable[[int, float], None] | None = None,
 ) -> Fit:
     """Fit the free parameters of `model` to all `runs` at once, each weighted by its own noise.
 
     With `starts` above 1 the search begins at as many places within a factor of 3 of the model's values and keeps the
     best. `robust` is the number of noise deviations beyond which a sample counts by its size rather than its square.
-    `on_step` is told the iteration and the whitened cost.
+    With `refine`, curves that jump in their canonical form (dry friction, the branches of a hysteresis) may build up
+    over a velocity `w_r` or a displacement `z_r`, where the runs show it: a real one does. `on_step` is told the
+    iteration and the whitened cost.
 
     Raises
     ------
@@ -43,5 +47,7 @@ def fit(
     records = [record_from_run(r) for r in runs]
     admit(model, records)
     if starts > 1:
-        return fit_from_many(model, records, starts, robust=robust).best
-    return fit_records(model, records, robust=robust, on_step=on_step)
+        found = fit_from_many(model, records, starts, robust=robust).best
+    else:
+        found = fit_records(model, records, robust=robust, on_step=on_step)
+    return refine_curves(found, records) if refine else found

@@ -189,3 +189,12 @@ def test_leaping_frogs_find_the_bottom_of_a_tilted_bowl_and_the_same_one_again()
     assert np.linalg.norm(found.place[2:] - 0.3) < 0.05
     assert 4000 <= found.evaluations < 4200
     assert frog_leaping(bowl, low, high, evaluations=4000, seed=4).cost == found.cost
+
+
+def test_a_hysteresis_that_turns_over_gently_meets_the_noise_once_the_fit_may_say_so() -> None:
+    hidden = case(38, "null")
+    canonical = fit(model_from_json(hidden.base_model), hidden.runs)
+    refined = fit(model_from_json(hidden.base_model), hidden.runs, refine=True)
+    assert canonical.rms > 1.5 * hidden.noise_n
+    assert refined.rms < 1.05 * hidden.noise_n
+    assert any(e.spec.parameters[k].name == "z_r" and e.parameters[k].value > 0 for e, k in refined.model.slots())

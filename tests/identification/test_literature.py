@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from identification.discrepancy.candidates import admissible
-from identification.discrepancy.scales import scales_of
 from identification.errors import ModelError
 from identification.physical.accuracy import numerical_error
 from identification.physical.elements import CATALOGUE
@@ -22,6 +21,7 @@ from identification.physical.modelfile import read_model, write_model
 from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 from identification.record import record_from_run
+from identification.scales import scales_of
 from tests.identification.specimens import campaign
 from tests.identification.test_solver import gradient_error, motion
 

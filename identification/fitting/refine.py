@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from identification.discrepancy.scales import scales_of
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.physical.model import Element, Model, Parameter
 from identification.record import Record
+from identification.scales import scales_of
 
 _AT_NOISE = 0.02  # excess over noise energy at which a finer shape could not be told
 _PAYS = 0.1  # share of the excess that a finer shape must take away
