@@ -20,6 +20,9 @@ Floats = NDArray[np.float64]
 
 _SPREAD_LIMIT = 0.15  # a true effect has one strength: what differs more than this from run to run is another effect
 _SPREAD_SCALE = 0.025
+_BUT_ONE = 0.85  # belief in an effect that has one strength in all runs but one
+_ENOUGH = 5  # runs that see an effect, of which one may be odd
+_DECIDES = 0.3  # share of what all know of a strength: who knows more than this is not the odd one
 _SEES = 1e-3  # of what the best record knows of a strength: less is no second opinion
 ONE_RUN = 0.7  # belief in a name that no second run can bear out
 TWO_RUNS = 0.88  # or that only one other does
@@ -98,9 +101,8 @@ def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
         move = _decisive(found.moves, name)
         weights = _rival_weights(move, name)
         total = 1.0 + sum(weights.values())
-        belief = (1.0 - _logistic((spread - _SPREAD_LIMIT) / _SPREAD_SCALE)) * (
-            1.0 - 0.9 * _logistic((left - _LEFT_LIMIT) / _LEFT_SCALE)
-        )
+        belief = max(_steady(spread), _BUT_ONE * _steady(spread_of(*_without_the_oddest(values, precision))))
+        belief *= 1.0 - 0.9 * _logistic((left - _LEFT_LIMIT) / _LEFT_SCALE)
         if name in CURVES:
             belief *= 1.0 - _logistic((_rewritten(found, records) - _REWRITTEN) / _REWRITTEN_SCALE)
         seen_by = int(np.sum(precision > _SEES * np.max(precision, initial=0.0)))
@@ -121,6 +123,23 @@ def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
             )
         )
     return out
+
+
+def _steady(spread: float) -> float:
+    """Belief in an effect whose strength scatters so from run to run."""
+    return 1.0 - _logistic((spread - _SPREAD_LIMIT) / _SPREAD_SCALE)
+
+
+def _without_the_oddest(values: Floats, precision: Floats) -> tuple[Floats, Floats]:
+    """The strengths but for the one farthest off, where enough are left and it does not decide the common one."""
+    known = np.flatnonzero(precision > _SEES * np.max(precision, initial=0.0))
+    if known.size < _ENOUGH:
+        return values, precision
+    away = precision[known] * (values[known] - np.median(values[known])) ** 2
+    odd = known[int(np.argmax(away))]
+    if precision[odd] > _DECIDES * np.sum(precision[known]):
+        return values, precision
+    return np.delete(values, odd), np.delete(precision, odd)
 
 
 def _rewritten(found: Search, records: Sequence[Record]) -> float:

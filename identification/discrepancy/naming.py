@@ -394,7 +394,7 @@ def _settle(state: Search, records: Sequence[Record]) -> Search:
             continue
         found = trials(rest, _given(state).without(name), records, incumbent=name)
         best = choose(found)
-        if best is not None and best.name != name and best.excess < state.excess - tolerance(best) - 10.0:
+        if best is not None and best.name != name and _replaces(best, name, found, state):
             move = Move(
                 kind="swap", name=f"{name} → {best.name}", excess_before=state.excess,
                 excess_after=best.excess, rivals=tuple(found),
@@ -403,6 +403,12 @@ def _settle(state: Search, records: Sequence[Record]) -> Search:
                 state, fit=best.fit, names=(*others, best.name), excess=best.excess, moves=(*state.moves, move)
             )
     return state
+
+
+def _replaces(best: Trial, name: str, found: Sequence[Trial], state: Search) -> bool:
+    """Whether another name fits clearly better than the one in place, or as well and is simpler."""
+    simpler = any(complexity(best) < complexity(t) for t in found if t.name == name)
+    return simpler or best.excess < state.excess - tolerance(best) - 10.0
 
 
 def _without(fit: Fit, name: str, records: Sequence[Record]) -> Fit | None:
