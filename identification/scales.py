@@ -19,6 +19,7 @@ class Scales:
     x_rms: float
     x_max: float
     v_rms: float
+    v_max: float
     speeds: tuple[float, float, float, float]  # quantiles 15, 40, 65, 85 % of |v|
     a_rms: float
     motion_time: float  # rms v / rms a: how long a motion takes
@@ -47,6 +48,7 @@ def scales_of(records: Sequence[Record], gap: float) -> Scales:
         x_rms=_rms(centred),
         x_max=float(np.max(np.abs(join["x"]))),
         v_rms=rms["v"],
+        v_max=float(np.max(np.abs(join["v"]))),
         speeds=(float(speeds[0]), float(speeds[1]), float(speeds[2]), float(speeds[3])),
         a_rms=rms["a"],
         motion_time=rms["v"] / max(rms["a"], 1e-300),
