@@ -42,6 +42,9 @@ _RIVALS = 0.6  # of the promise of the name that is in place: less can't replace
 _FIT_ITERATIONS = 14
 _AT_NOISE = 0.02  # excess over noise energy at which no other start need be tried
 _ALIKE = 0.05  # share of what an element closes by which its form may miss: two that differ by less are alike
+_ALIKE_WITHIN = (
+    0.075  # the same where the simpler is a case of the richer: Bouc–Wen's shape takes up any friction's form
+)
 _MISSES = 0.3  # or this share of what the best of them leaves, where no form fits well
 _NO_LOOP = 0.02  # hysteresis with less than this offset of its branches is a plain curve
 _OPTIONAL = {
@@ -311,7 +314,8 @@ def tolerance(trial: Trial) -> float:
 
     A share of what the element closes, not of its whole force: most of that may only trade places with the base.
     """
-    form = _ALIKE**2 * min(trial.contribution, trial.closed)
+    alike = _ALIKE_WITHIN if trial.name == "bouc_wen" else _ALIKE
+    form = alike**2 * min(trial.contribution, trial.closed)
     return max(form, _MISSES * max(trial.excess, 0.0))
 
 
