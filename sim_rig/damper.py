@@ -36,7 +36,7 @@ def _soft(x: float, width: float) -> float:
 
 
 @njit(cache=True)
-def designed(p: Damper, z: float, w: float, u: float) -> float:
+def designed(p: Damper, z: float, w: float, u: float, peak: float) -> float:
     """Force of the parts that the specimen has by design, N; valve and orifice parts only."""
     force = 0.0
     if p.base == VALVE:
@@ -54,9 +54,13 @@ def designed(p: Damper, z: float, w: float, u: float) -> float:
         force = (p.c + p.c_control * u) * w
     if p.hysteresis != 0.0 or p.hysteresis_control != 0.0:
         turn = math.tanh(z / (0.0002 * p.scale_m))
-        force += (p.hysteresis + p.hysteresis_control * u) * math.tanh(
-            p.hysteresis_slope * w + p.hysteresis_shift * turn
-        )
+        slope, shift = p.hysteresis_slope, p.hysteresis_shift + p.hysteresis_shift_control * u
+        level = p.hysteresis + p.hysteresis_control * u
+        if p.hysteresis_power != 0.0:  # the faster it lately went, the gentler it turns over
+            fast = max(peak, 0.05 * p.hysteresis_at)
+            slope *= (fast / p.hysteresis_at) ** p.hysteresis_power
+            level *= max(1.0 + p.hysteresis_rise * fast - p.hysteresis_fall * fast * fast, 0.2)
+        force += level * math.tanh(slope * w + shift * turn)
     return force
 
 
@@ -170,7 +174,6 @@ def modifier(
         )
         factor *= 1.0 - p.cavitation * n[CAVITY]
     if p.amplitude != 0.0:
-        n[PEAK] = max(abs(w), s[PEAK] * (1.0 - h / 0.4))
         factor *= 1.0 - p.amplitude * (n[PEAK] / (n[PEAK] + p.amplitude_speed) - 0.5)
     return factor
 
@@ -178,7 +181,10 @@ def modifier(
 @njit(cache=True)
 def core(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], z: float, w: float, u: float, h: float) -> float:
     """Force of the damper's core at displacement z and velocity w, N."""
-    dissipative = designed(p, z, w, u) + friction(p, w) + orifices(p, w, u) + loops(p, s, n, z, w, h)
+    peak = s[PEAK] * (1.0 - h / p.peak_time)  # of the steps before: what is searched for must not bend the curve
+    if p.amplitude != 0.0 or p.hysteresis_power != 0.0:
+        n[PEAK] = max(abs(w), peak)
+    dissipative = designed(p, z, w, u, peak) + friction(p, w) + orifices(p, w, u) + loops(p, s, n, z, w, h)
     return dissipative * modifier(p, s, n, z, w, u, h) + springs(p, z, s[BODY])
 
 

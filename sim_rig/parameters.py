@@ -29,6 +29,12 @@ class Damper(NamedTuple):
     hysteresis_control: float = 0.0
     hysteresis_slope: float = 1.0
     hysteresis_shift: float = 0.0
+    hysteresis_shift_control: float = 0.0
+    hysteresis_power: float = 0.0  # of the lately highest speed over hysteresis_at, by which the slope goes
+    hysteresis_at: float = 1.0
+    hysteresis_rise: float = 0.0  # share by which the force grows with that speed, s/m
+    hysteresis_fall: float = 0.0  # and falls with its square, s²/m²
+    peak_time: float = 0.4  # for which the highest speed is remembered
     preload: float = 0.0
     stiffness: float = 0.0
     mount: float = 0.0  # 0: rigid

@@ -19,9 +19,10 @@ FAINT: Final[Mapping[str, Mapping[str, float]]] = {
     "railway": {"relief_valve": 0.1},
     "mr": {},
     "mr-distortion": {},
+    "mr-seat": {},
 }
 
-SIZES: Final[Mapping[str, Mapping[str, float]]] = {
+_SIZES: Final[dict[str, Mapping[str, float]]] = {
     "semi-active": {
         "quadratic_damping": 4,
         "damping_asymmetry": 1.21,
@@ -183,3 +184,4 @@ SIZES: Final[Mapping[str, Mapping[str, float]]] = {
         "sticking_spool": 0.94,
     },
 }
+SIZES: Final[Mapping[str, Mapping[str, float]]] = _SIZES | {"mr-seat": _SIZES["mr"]}  # the same forces and motion

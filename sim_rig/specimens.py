@@ -141,6 +141,29 @@ MR_DISTORTION = Specimen(
     force_rms_n=500.0,
     current_a=(0.0, 1.0),
 )
+MR_SEAT = Specimen(
+    name="mr-seat",
+    text="magneto-rheological seat damper whose loop depends on current and on how fast it lately went",
+    damper=MR.damper._replace(
+        c=976.7,
+        c_control=1496.2,
+        hysteresis=86.56,
+        hysteresis_control=1016.4,
+        hysteresis_slope=21.3,
+        hysteresis_at=0.3,
+        hysteresis_power=-0.8621,
+        hysteresis_rise=0.0866,
+        hysteresis_fall=0.285,
+        hysteresis_shift=0.4354,
+        hysteresis_shift_control=0.5472,
+        preload=-88.79,
+        peak_time=1.5,
+    ),
+    stroke_m=0.02,
+    speed_m_s=0.4,
+    force_rms_n=550.0,
+    current_a=(0.0, 1.0),
+)
 SPECIMENS: Mapping[str, Specimen] = {
-    specimen.name: specimen for specimen in (SEMI_ACTIVE, PASSIVE, YAW, RAILWAY, MR, MR_DISTORTION)
+    specimen.name: specimen for specimen in (SEMI_ACTIVE, PASSIVE, YAW, RAILWAY, MR, MR_DISTORTION, MR_SEAT)
 }

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from sim_rig.draw import draw, scale_of, write_truth
 from sim_rig.effects import EFFECTS, LISTED, UNLISTED, refusal
@@ -162,3 +163,22 @@ def test_every_specimen_has_a_base_model_to_start_from(path: Path) -> None:
 
 def test_no_specimen_lacks_its_base_model() -> None:
     assert {path.stem for path in Path("examples/models").glob("*.json")} == set(SPECIMENS)
+
+
+def test_the_loop_of_the_seat_damper_turns_over_the_gentler_the_faster_it_goes() -> None:
+    """Its slope goes with the peak speed of a sine to the power −0.86, as measured on a seat damper."""
+    slopes = []
+    for peak in (0.1, 0.4):
+        truth = draw("mr-seat", (), 1)
+        plant = SimulatedPlant(truth.damper, SILENT, seed=1, start_degc=25.0)
+        time, turn = np.arange(6000) / 1000.0, 2.0 * np.pi * 2.0
+        x = peak / turn * np.sin(turn * time) * np.minimum(time, 1.0)
+        force = plant.play(np.column_stack([x, np.full(time.size, 0.6)]))[4000:]
+        v = np.gradient(force[:, 1], 1e-3)
+
+        def left(q: NDArray[np.float64], f: NDArray[np.float64] = force, v: NDArray[np.float64] = v) -> object:
+            side = np.tanh(q[1] * v + q[2] * np.sign(f[:, 1])) * q[0]
+            return side + q[3] * v + q[4] * f[:, 1] + q[5] - f[:, 0]
+
+        slopes.append(least_squares(left, [600.0, 5.0 / peak, 0.5, 1500.0, 0.0, -90.0], x_scale="jac").x[1])
+    assert slopes[0] / slopes[1] == pytest.approx(4.0**0.8621, rel=0.15)
