@@ -190,10 +190,10 @@ def _triangle_shape(period_samples: int, corner: float) -> NDArray[np.float64]:
     sign = np.where(turns < 0.5, 1.0, -1.0)
     distance = np.abs(np.where(turns < 0.5, turns, turns - 0.5) - 0.25)
     shape = 1.0 - 4.0 * distance
-    if corner > 0:
-        rounded = 1.0 - corner - 4.0 * distance * distance / corner
-        shape = np.where(distance < 0.5 * corner, rounded, shape) / (1.0 - corner)
-    return np.asarray(sign * shape)
+    round_ = distance < 0.5 * corner
+    near = distance[round_]  # alone: a corner of next to nothing divides what lies beyond it to infinity
+    shape[round_] = 1.0 - corner - 4.0 * near * (near / corner)
+    return np.asarray(sign * shape / (1.0 - corner))
 
 
 def _level_sequence(spec: StepsSpec, samples: int) -> NDArray[np.float64]:

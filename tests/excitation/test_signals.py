@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec, sine, steps, triangle
@@ -175,6 +175,7 @@ def test_a_sine_has_whole_samples_per_period_at_the_nearest_frequency(
 
 @quick
 @given(st.floats(0.05, 30.0), amplitudes, st.floats(0.0, 0.49))
+@example(frequency=1.0, amplitude=0.125, corner=2.2250738585e-313)
 def test_a_triangle_reaches_its_amplitude_at_constant_speed(frequency: float, amplitude: float, corner: float) -> None:
     spec = TriangleSpec(
         sample_rate_hz=1000.0,
