@@ -46,7 +46,7 @@ _ALIKE_WITHIN = (
     0.075  # the same where the simpler is a case of the richer: Bouc–Wen's shape takes up any friction's form
 )
 _MISSES = 0.3  # or this share of what the best of them leaves, where no form fits well
-_NO_LOOP = 0.02  # hysteresis with less than this offset of its branches is a plain curve
+_NO_LOOP = 0.02  # hysteresis with less offset of its branches is a plain curve: beside another, that one's correction
 _OPTIONAL = {
     ("series_compliance", "c"),
     ("tanh_hysteresis", "delta"),
@@ -282,7 +282,7 @@ def _run_on(sprints: Sequence[Fit], records: Sequence[Record]) -> list[Fit]:
 
 def _merit(fit: Fit) -> tuple[bool, float]:
     """What makes one fit better than another: first that its last element is what its name says, then the misfit."""
-    return any(_denies(e) for e in fit.model.elements), fit.chi2
+    return any(_denies(e, fit.model) for e in fit.model.elements), fit.chi2
 
 
 def _starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:
@@ -326,13 +326,14 @@ def complexity(trial: Trial) -> float:
 
 def contradicts_itself(trial: Trial) -> bool:
     """Whether the fit made of the element what its name denies: a Stribeck curve that rises, a loop that is none."""
-    return _denies(trial.fit.model.elements[_last(trial.fit.model, trial.name)])
+    return _denies(trial.fit.model.elements[_last(trial.fit.model, trial.name)], trial.fit.model)
 
 
-def _denies(own: Element) -> bool:
+def _denies(own: Element, model: Model) -> bool:
     if own.name == "stribeck_friction":
         return own.value("f_s") <= 1.05 * own.value("f_c")
-    return own.name == "tanh_hysteresis" and own.value("delta") < _NO_LOOP
+    beside = any(e.name in CURVES and e is not own for e in model.elements)
+    return beside and own.name == "tanh_hysteresis" and own.value("delta") < _NO_LOOP
 
 
 def on_bound(trial: Trial) -> bool:
