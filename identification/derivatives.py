@@ -158,19 +158,24 @@ def band_of_force(x: Floats, force: Floats, sample_rate_hz: float) -> float | No
     None where all that stands above the floor of the spectrum serves.
     """
     widest = smooth_kinematics(x, sample_rate_hz)
+    lowest = 8.0 * sample_rate_hz / x.size
+    if widest.bandwidth_hz <= lowest:
+        return None
     whole = _unexplained(widest, force)
-    edges = np.geomspace(8.0 * sample_rate_hz / x.size, widest.bandwidth_hz, 16)[:-1]
+    edges = np.geomspace(lowest, widest.bandwidth_hz, 16)[:-1]
     left = [_unexplained(smooth_kinematics(x, sample_rate_hz, float(e)), force) for e in edges]
     best = int(np.argmin(left))
     return float(edges[best]) if left[best] < _CUTS * whole else None
 
 
 def _unexplained(motion: Kinematics, force: Floats) -> float:
-    """Variance of a force, N², beside the simplest functions of a motion, ends and rests left out."""
+    """Variance of a force, N², beside the simplest functions of a motion, ends and rests left out; ∞ of too little."""
     x, v, a = (s / max(float(np.std(s)), 1e-300) for s in (motion.x, motion.v, motion.a))
     columns = np.column_stack([np.ones(x.size), x, x**3, v, v * np.abs(v), np.tanh(5.0 * v), a])
     inner = np.abs(v) > 0.1  # what moves: at rest friction may hold any force
     inner[: x.size // 20] = inner[-(x.size // 20) :] = False
+    if np.sum(inner) <= columns.shape[1]:
+        return np.inf
     rest = force[inner] - columns[inner] @ np.linalg.lstsq(columns[inner], force[inner], rcond=None)[0]
     return float(np.mean(rest**2))
 

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.discrepancy.naming import CURVES, Move, Search, Trial, complexity, contribution, tolerance
+from identification.discrepancy.excess import contribution
+from identification.discrepancy.naming import Move, Search
 from identification.discrepancy.signatures import orthonormal
+from identification.discrepancy.trials import CURVES, Trial, complexity, tolerance
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters, predict
 from identification.physical.model import Model
@@ -27,7 +29,8 @@ _SEES = 1e-3  # of what the best record knows of a strength: less is no second o
 ONE_RUN = 0.7  # belief in a name that no second run can bear out
 TWO_RUNS = 0.88  # or that only one other does
 BESIDE_A_CURVE = 0.88  # in a curve over velocity beside the base's own: that one may be of another family instead
-_PLAIN_CURVES = ("arctan_damping", "piecewise_linear_damping", "quadratic_damping", "relief_valve", "tanh_hysteresis")
+_ODD_CURVES = ("arctan_damping", "piecewise_linear_damping", "quadratic_damping", "relief_valve", "tanh_hysteresis")
+_BASE_CURVES = (*CURVES, "viscous_damping", "quadratic_damping")
 _LEFT_LIMIT = 0.40  # what leaves this share of the gap has not explained it
 _LEFT_SCALE = 0.06
 _REWRITTEN = 0.5  # share of its given force by which a base may change beside a curve: a third, and a half for luck
@@ -107,7 +110,7 @@ def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
             belief *= 1.0 - _logistic((_rewritten(found, records) - _REWRITTEN) / _REWRITTEN_SCALE)
         seen_by = int(np.sum(precision > _SEES * np.max(precision, initial=0.0)))
         belief *= {0: ONE_RUN, 1: ONE_RUN, 2: TWO_RUNS}.get(seen_by, 1.0)
-        if name in _PLAIN_CURVES and any(e.name in CURVES for e in found.given.on("core")):
+        if name in _ODD_CURVES and any(e.name in _BASE_CURVES for e in found.given.on("core")):
             belief = min(belief, BESIDE_A_CURVE)
         ranked = sorted(weights.items(), key=lambda item: -item[1])[:3]
         out.append(

@@ -11,6 +11,13 @@ from numpy.typing import NDArray
 from identification.discrepancy.candidates import unlimited
 from identification.discrepancy.equation import describe
 from identification.discrepancy.evidence import ONE_RUN, TWO_RUNS, Evidence, gather
+from identification.discrepancy.excess import (
+    FORM_TOLERANCE,
+    contribution,
+    excess_of,
+    material_excess,
+    significant_excess,
+)
 from identification.discrepancy.explanation import (
     Effect,
     Explanation,
@@ -21,15 +28,7 @@ from identification.discrepancy.explanation import (
     gaps_of,
 )
 from identification.discrepancy.hum import Hum, find_hum, hum_in
-from identification.discrepancy.naming import (
-    FORM_TOLERANCE,
-    Search,
-    contribution,
-    excess_of,
-    material_excess,
-    search,
-    significant_excess,
-)
+from identification.discrepancy.naming import Search, search
 from identification.discrepancy.nexttest import propose
 from identification.discrepancy.notes import finer, of_runs, tared_apart
 from identification.discrepancy.preparation import prepared
@@ -201,13 +200,13 @@ def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> boo
     form = sum(FORM_TOLERANCE**2 * contribution(found.fit.model, n, records) for n in found.names)
     if hum is not None:
         form += FORM_TOLERANCE**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
-    floor = max(material_excess(records), significant_excess(found.fit, records), _NEAR_FLOOR**2 * samples)
+    floor = max(material_excess(records), significant_excess(records), _NEAR_FLOOR**2 * samples)
     return found.excess > floor + form
 
 
 def _verdict(found: Search, names: Sequence[str], left: bool, records: Sequence[Record]) -> Verdict:
     if not names:
-        gap = found.excess > max(material_excess(records), significant_excess(found.fit, records))
+        gap = found.excess > max(material_excess(records), significant_excess(records))
         return Verdict.UNKNOWN_EFFECT if gap else Verdict.NO_DISCREPANCY
     return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
 

@@ -44,7 +44,7 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
     least = _MATERIAL * float(np.sqrt(2.0 * np.mean(force**2)))
     best: Hum | None = None
     for coarse in wanted:
-        near = [_Near(e, r.dt, coarse) for e, r in zip(residuals, records, strict=True)]
+        near = [_Near(e, r.motion.t[r.window], coarse) for e, r in zip(residuals, records, strict=True)]
         frequency = _refine(coarse, near, records)
         if frequency < slowest:
             continue
@@ -70,13 +70,12 @@ def hum_in(record: Record, residual: Floats, hum: Hum) -> Floats:
 class _Near:
     """A residual around one frequency: turned to rest there and summed in blocks, so that each further costs little."""
 
-    def __init__(self, residual: Floats, dt: float, centre: float) -> None:
-        self.samples, self.width, self.centre = residual.size, 1.0 / (residual.size * dt), centre
-        turned = residual * np.exp(-2j * np.pi * centre * dt * np.arange(residual.size))
-        block = -(-residual.size // _BLOCKS)
-        padded = np.concatenate([turned, np.zeros(block * _BLOCKS - residual.size)])
-        self._sums = padded.reshape(_BLOCKS, block).sum(axis=1)
-        self._times = (np.arange(_BLOCKS) + 0.5) * block * dt
+    def __init__(self, residual: Floats, times: Floats, centre: float) -> None:
+        self.samples, self.width, self.centre = residual.size, 1.0 / float(np.ptp(times)), centre
+        turned = residual * np.exp(-2j * np.pi * centre * times)
+        starts = np.arange(0, residual.size, -(-residual.size // _BLOCKS))
+        self._sums = np.add.reduceat(turned, starts)
+        self._times = np.add.reduceat(times, starts) / np.diff(np.append(starts, residual.size))
 
     def amplitudes(self, frequencies: Floats) -> Floats:
         """Amplitude at each frequency (K,) within some lines of the centre, (K,), N."""

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from excitation.plan import test_from_config
 from identification.discrepancy.explanation import NextTest
-from identification.discrepancy.naming import Search, Trial
+from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import orthonormal
+from identification.discrepancy.trials import Trial
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters, predict
 from identification.physical.elements import CATALOGUE

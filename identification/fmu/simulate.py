@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
+import signal
 import tempfile
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from importlib.util import find_spec
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +24,13 @@ from identification.record import motion_of
 from rigctl.runfile import Run, with_channel
 
 Floats = NDArray[np.float64]
+Answer = TypeVar("Answer")
 
 _TOLERANCE = 1e-8  # of the solver of model exchange: its default of 1e-4 is a lag of most of a millisecond
 SUBSTEPS = 4  # of a sample: an input is held through each, which delays what integrates it by half of one
+START_S = 120.0  # for the other process to start, and to read the FMU
+PATIENCE_S = 600.0  # for one run, or, where that is longer, so many times as long as it took on the rig:
+SLOWNESS = 100.0
 _SPELLED = {  # unit: what it measures, SI units in one, offset
     "m": ("displacement", 1.0, 0.0), "mm": ("displacement", 1e-3, 0.0), "cm": ("displacement", 1e-2, 0.0),
     "m/s": ("velocity", 1.0, 0.0), "mm/s": ("velocity", 1e-3, 0.0), "m/s2": ("acceleration", 1.0, 0.0),
@@ -60,8 +65,9 @@ def with_fmu(
         said.touch()
         with ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_quiet, initargs=(said,)) as pool:
             try:
-                wiring: Wiring = pool.submit(_opened, path, choice or Choice()).result()
-                return [_with_force(pool, path, wiring, run, say, k / len(runs)) for k, run in enumerate(runs)]
+                pid = pool.submit(os.getpid).result(START_S)
+                wiring = _within(START_S, pool.submit(_opened, path, choice or Choice()), pid, f"{path}: opening it")
+                return [_with_force(pool, pid, path, wiring, run, say, k / len(runs)) for k, run in enumerate(runs)]
             except BrokenProcessPool as error:
                 raise SimulationError(f"{path}: the FMU crashed{_last_words(said)}") from error
             except IdentificationError as error:
@@ -69,6 +75,15 @@ def with_fmu(
                 raise type(error)(
                     f"{text}{_last_words(said)}" if isinstance(error, SimulationError) else text
                 ) from error
+
+
+def _within(seconds: float, answer: Future[Answer], pid: int, doing: str) -> Answer:
+    """What the other process answers; one that is stuck in foreign code is ended, and SimulationError raised."""
+    try:
+        return answer.result(seconds)
+    except TimeoutError as error:
+        os.kill(pid, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
+        raise SimulationError(f"{doing} took more than {seconds:g} s: is it stuck?") from error
 
 
 def _quiet(said: Path) -> None:
@@ -144,7 +159,13 @@ class _Task:
 
 
 def _with_force(
-    pool: ProcessPoolExecutor, path: Path, wiring: Wiring, run: Run, say: Callable[[float, str], None], done: float
+    pool: ProcessPoolExecutor,
+    pid: int,
+    path: Path,
+    wiring: Wiring,
+    run: Run,
+    say: Callable[[float, str], None],
+    done: float,
 ) -> Run:
     label = run.path.name if run.path is not None else run.run_id
     say(done, f"{path.name} on {label}")
@@ -155,7 +176,8 @@ def _with_force(
     motion = motion_of(run)
     values = tuple(_given(wire, motion) for wire in wiring.inputs)
     task = _Task(path=path, wiring=wiring, dt=motion.dt, values=values, label=label)
-    force: Floats = pool.submit(_forces, task).result()
+    patience = max(PATIENCE_S, SLOWNESS * run.samples / run.sample_rate_hz)
+    force = _within(patience, pool.submit(_forces, task), pid, f"{label}: {path.name}")
     if force.size < run.samples:  # a periodic run that ends within a period goes on as its periods do
         force = np.concatenate([force, np.resize(force[-motion.period :], run.samples - force.size)])
     return with_channel(run, "force_simulated", force, "N")

@@ -1,10 +1,11 @@
 /* A viscous damper as an FMU 2.0 for co-simulation: what another program would export.
    Inputs: x (mm, 0), v (m/s, 1), i (mA, 2). Parameters: c (3), c_i (4), lag (5, s), fails_at (6, s), how (7):
-   0 error, 1 not a number, 2 crash. Output: force (kN, 8). */
+   0 error, 1 not a number, 2 crash, 3 never comes back. Output: force (kN, 8). */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 typedef void* Part;
 typedef double Real;
 typedef unsigned Ref;
@@ -40,6 +41,7 @@ int fmi2SetReal(Part p, const Ref ref[], size_t n, const Real in[]) {
 int fmi2DoStep(Part p, Real t, Real h, int keep) {
   Real* r = ((Damper*)p)->r;
   if (t >= r[6]) {
+    if (r[7] == 3.0) for (;;) sleep(1);
     if (r[7] == 2.0) abort();
     if (r[7] == 1.0) { r[8] = NAN; return OK; }
     fprintf(stderr, "the valve model has no solution\n");

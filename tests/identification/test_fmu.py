@@ -17,7 +17,7 @@ from pythonfmu3 import FmuBuilder
 from api.cli.main import main
 from identification.discrepancy import explain
 from identification.errors import DataError, ModelError, SimulationError
-from identification.fmu import Choice, with_fmu
+from identification.fmu import Choice, simulate, with_fmu
 from identification.fmu.wiring import Variable, wired
 from rigctl.runfile import Run, write_run
 from tests.conftest import missing
@@ -193,6 +193,13 @@ def test_an_fmu_that_fails_is_said_to_fail_where_it_does(fmu: Path, how: str, wo
         with_fmu(fmu, [a_run(1, 2.0)], Choice(parameters={"fails_at": "0.5", "how": how}))
     assert all(word in str(caught.value) for word in words), caught.value
     assert "\n" not in str(caught.value)
+
+
+def test_an_fmu_that_never_comes_back_is_ended_when_its_time_is_up(fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(simulate, "PATIENCE_S", 0.2)
+    monkeypatch.setattr(simulate, "SLOWNESS", 0.1)
+    with pytest.raises(SimulationError, match=r"run 1: damper.fmu took more than 0.2 s: is it stuck\?"):
+        with_fmu(fmu, [a_run(1, 2.0)], Choice(parameters={"fails_at": "0.5", "how": "3"}))
 
 
 def test_what_cannot_be_used_is_refused_in_one_line(

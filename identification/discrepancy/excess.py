@@ -1,0 +1,53 @@
+"""How much of a gap is left, and how much of one matters: whitened energies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+import numpy as np
+
+from identification.errors import SimulationError
+from identification.fitting.leastsquares import Fit, predict
+from identification.physical.model import Model
+from identification.record import Record
+
+FORM_TOLERANCE = 0.06
+"""How far a real effect's curve strays from the canonical one, as a share of its own contribution: the spread between
+published forms of the same effect (three forms each of friction, gas spring, valve knee and hysteresis lie within)."""
+
+_UNSURE = 0.3  # of the noise that a model makes of the displacement's: what its size is not known to
+_MATERIAL = 0.003  # of rms force: what matters to nobody is no discrepancy
+
+
+def excess_of(fit: Fit) -> float:
+    """Whitened residual energy beyond what noise alone would leave; near zero when the model meets the data."""
+    return fit.chi2 - fit.samples
+
+
+def material_excess(records: Sequence[Record]) -> float:
+    """Whitened energy of the smallest discrepancy that matters: a fixed share of the rms force."""
+    return sum(r.measured.size * float(np.mean(r.measured**2)) * (_MATERIAL / r.sigma) ** 2 for r in records)
+
+
+def significant_excess(records: Sequence[Record]) -> float:
+    """Excess that noise exceeds in less than one case of a million, the noise floor itself being estimated."""
+    spread = sum(2.0 * r.measured.size / r.independent for r in records)
+    unsure = sum(r.measured.size * r.modelled for r in records)
+    return 5.0 * float(np.sqrt(1.5 * spread)) + _UNSURE * unsure
+
+
+def contribution(model: Model, name: str, records: Sequence[Record]) -> float:
+    """Whitened energy of what an element adds to the force of the model, all else unchanged.
+
+    Of a model that can't run without it, the whole force.
+    """
+    if not model.has(name):
+        return 0.0
+    total = 0.0
+    for r in records:
+        force = predict(model, r)[0]
+        with suppress(SimulationError):
+            force = force - predict(model.without(name), r)[0]
+        total += float(np.dot(force, force)) / r.sigma**2
+    return total
