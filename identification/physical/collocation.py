@@ -48,7 +48,7 @@ def collocation_space(columns: int, substeps: int) -> tuple[Any, ...]:  # Any: a
         np.zeros(3),  # r_i of the last step
         np.zeros((3, 2)),  # x and v at each stage
         np.zeros((2, 3)),  # slopes of the core's force by z and w at each stage
-        np.zeros((3, columns)),  # what each residual owes to the parameters
+        np.zeros((3, columns)),  # what each residual owes to the parameters; room for `explicit`
     )
 
 

@@ -13,6 +13,8 @@ from identification.physical.friction import bristle_level
 
 _BOUC_WEN, _PRESLIDING = int(Code.BOUC_WEN), int(Code.PRESLIDING)
 _REVERSAL, _LUGRE = int(Code.REVERSAL_LAG), int(Code.LUGRE)
+_PART = 0.5  # of the travel in which a Bouc–Wen hysteresis fades by e: one Runge–Kutta step
+_FORGOTTEN = 32
 
 
 @inlined
@@ -40,41 +42,44 @@ def own_count(code):
 BY_MEMORY, BY_Z, OWN, BY_W, BY_W_OLD, PARTIALS = 0, 1, 2, 7, 8, 9  # places of the partials of a memory after a step
 
 
-@compiled
-def _bouc_wen(p, o, h, travel, s, wanted, out):
+@inlined
+def _bouc_wen(p, o, n, h, travel, s, wanted, out):
     """Internal displacement after a monotone leg; `out` gets ∂/∂h, ∂/∂z, where `wanted` those by A, n, beta, gamma.
 
-    dh/dt = A w − gamma |w| h |h|^(n−1) − beta w |h|^n does not depend on time but on travel: along it
-    dh/dζ = g(h) = s A − gamma h |h|^(n−1) − s beta |h|^n. Exponential Rosenbrock–Euler, h + d φ(g' d) g with
-    φ(y) = (e^y − 1)/y, exact for n = 1 and stable for any travel. The partials are those of these very steps.
+    dh/dt = A w − gamma |w| h |h|^(n−1) − beta w |h|^n does not depend on time but on travel ζ: along it
+    dh/dζ = g(h) = s A − h |h|^(n−1) (gamma + s sgn(h) beta), by the classical Runge–Kutta method of fourth order. What
+    lies `_FORGOTTEN` steps back has faded by e^−16, so a longer leg ends where that many steps do: however long, it
+    stays stable. The partials are those of these very steps: `l1` … `l4` say what h owes to the slope at each stage.
     """
-    a, n, beta, gamma = p[o + 1], p[o + 2], p[o + 3], p[o + 4]
-    scale = (a / max(abs(beta + gamma), 1e-300)) ** (1.0 / n)
-    steps = min(1 + int(4.0 * travel * a * n / max(scale, 1e-300)), 24)
-    d = travel / steps
+    a, beta, gamma = s * p[o + 1], s * p[o + 3], p[o + 4]
+    far = fading(p, o, n)
+    longest, top = _PART * far, 1e3 * far * n * p[o + 1]
+    steps = 1 + int(min(travel / longest, _FORGOTTEN - 1.0))
+    d = min(travel / steps, longest)
     dh, dz, da, dn, db, dg = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    m = _power(h, n)
     for _ in range(steps):
-        size, sgn = abs(h), (1.0 if h > 0 else (-1.0 if h < 0 else 0.0))
-        pull = gamma + s * sgn * beta
-        g = s * a - h * m * pull
-        y = min(-n * m * pull * d, 50.0)
-        grown = np.expm1(y)
-        near = abs(y) < 1e-5
-        phi = 1.0 + 0.5 * y if near else grown / y
-        bend = d * d * g * (0.5 + y / 3.0 if near else (grown + 1.0 - phi) / y)  # φ'(y) d² g
-        by_h = grown + 1.0 - bend * n * (n - 1.0) * (m / size if size > 0.0 else 0.0) * sgn * pull
-        dz = by_h * dz + (grown + 1.0) * g / steps
+        g1, y1, q1 = _along(h, a, n, beta, gamma)
+        h2 = _within(h + 0.5 * d * g1, top)
+        g2, y2, q2 = _along(h2, a, n, beta, gamma)
+        h3 = _within(h + 0.5 * d * g2, top)
+        g3, y3, q3 = _along(h3, a, n, beta, gamma)
+        h4 = _within(h + d * g3, top)
+        g4, y4, q4 = _along(h4, a, n, beta, gamma)
+        mean = (g1 + 2.0 * (g2 + g3) + g4) / 6.0
+        l4 = d / 6.0
+        l3 = d / 3.0 + d * y4 * l4
+        l2 = d / 3.0 + 0.5 * d * y3 * l3
+        l1 = d / 6.0 + 0.5 * d * y2 * l2
+        by_h = 1.0 + l1 * y1 + l2 * y2 + l3 * y3 + l4 * y4
+        dz = by_h * dz + (mean + 0.5 * (g1 * y2 * l2 + g2 * y3 * l3) + g3 * y4 * l4) / steps
         if wanted:
-            log = np.log(size) if size > 0.0 else 0.0
-            step = d * phi
-            da = by_h * da + step * s
-            dn = by_h * dn - (step * h * log + bend * (1.0 + n * log)) * m * pull
-            db = by_h * db - (step * size + bend * n * sgn) * s * m
-            dg = by_h * dg - (step * h + bend * n) * m
+            da = by_h * da + s * (l1 + l2 + l3 + l4)
+            db = by_h * db - s * (l1 * abs(q1) + l2 * abs(q2) + l3 * abs(q3) + l4 * abs(q4))
+            dg = by_h * dg - (l1 * q1 + l2 * q2 + l3 * q3 + l4 * q4)
+            dn = by_h * dn + l1 * (g1 - a) * _log(h) + l2 * (g2 - a) * _log(h2)
+            dn += l3 * (g3 - a) * _log(h3) + l4 * (g4 - a) * _log(h4)
         dh *= by_h
-        h = min(max(h + d * phi * g, -1e3 * scale), 1e3 * scale)
-        m = _power(h, n)
+        h = _within(h + d * mean, top)
     out[0] = dh
     out[1] = s * dz
     out[2], out[3], out[4], out[5] = da, dn, db, dg
@@ -82,9 +87,28 @@ def _bouc_wen(p, o, h, travel, s, wanted, out):
 
 
 @inlined
-def _power(h, n):
-    """|h|^(n−1), without a call for the exponent that most papers take."""
-    return abs(h) if n == 2.0 else abs(h) ** (n - 1.0)
+def fading(p, o, n):
+    """The travel, m, in which a saturated Bouc–Wen hysteresis forgets all but the e-th part: its height over n A."""
+    return max((p[o + 1] / max(abs(p[o + 3] + p[o + 4]), 1e-300)) ** (1.0 / n), 1e-300) / (n * p[o + 1])
+
+
+@inlined
+def _along(h, a, n, beta, gamma):
+    """dh/dζ, its slope by h, and h |h|^(n−1); `a` and `beta` carry the direction of travel."""
+    m = abs(h) ** (n - 1.0)
+    pull = gamma + beta if h > 0.0 else gamma - beta
+    return a - h * m * pull, -n * m * pull, h * m
+
+
+@inlined
+def _within(h, top):
+    """What bounds a model that would run away."""
+    return min(max(h, -top), top)
+
+
+@inlined
+def _log(h):
+    return np.log(max(abs(h), 1e-300))
 
 
 @compiled
@@ -126,8 +150,10 @@ def _bristle(p, o, m, travel, s, h, out):
 @compiled
 def _leg(code, p, o, m, travel, s, h, wanted, out):
     new = 0.0
-    if code == _BOUC_WEN:
-        new = _bouc_wen(p, o, m, travel, s, wanted, out)
+    if code == _BOUC_WEN and p[o + 2] == 2.0:  # the exponent that most papers take: a constant leaves no power
+        new = _bouc_wen(p, o, 2.0, m, travel, s, wanted, out)
+    elif code == _BOUC_WEN:
+        new = _bouc_wen(p, o, p[o + 2], m, travel, s, wanted, out)
     elif code == _PRESLIDING:
         new = _presliding(p, o, m, travel, s, out)
     else:

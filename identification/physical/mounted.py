@@ -4,8 +4,9 @@ The unknown is the extension of the mount e = x − z, and each step solves
 
     f_core(x − e, v − de/dt) = φ(e, de/dt)
 
-by the Radau IIA of `collocation.py` where the core is smooth, else by the two-stage L-stable SDIRK2 of Alexander
-(1977), γ = 1 − 1/√2, whose equation has one unknown that can be bracketed. Only the small extension is discretised,
+by the Radau IIA of `collocation.py` where the core is smooth, explicitly (`explicit.py`) where it is a Bouc–Wen
+hysteresis behind a dashpot, else by the two-stage L-stable SDIRK2 of Alexander (1977), γ = 1 − 1/√2, whose equation has
+one unknown that can be bracketed. Only the small extension is discretised,
 never the motion itself, so that a stiff mount costs no accuracy. Dry friction is solved as the inclusion it is: first
 the question whether the joint sticks, then a smooth monotone equation on the side on which it slips.
 
@@ -22,10 +23,11 @@ from identification.physical.collocation import collocate, prepare
 from identification.physical.compiled import compiled, inlined, pasted
 from identification.physical.core import has_rare
 from identification.physical.elements import Code
+from identification.physical.explicit import explicit, explicit_memory
 from identification.physical.memory import is_memory, steady
 from identification.physical.modifiers import has_modifier
 from identification.physical.mount import C_CONTROL, GAMMA, GAP, K2, C, K, add_mount_partials, branch, contact
-from identification.physical.stage import branch_sensitivity, carry, rate_sensitivity, solve
+from identification.physical.stage import between, branch_sensitivity, carry, rate_sensitivity, solve
 
 _COULOMB, _STRIBECK, _VISCOUS = int(Code.COULOMB), int(Code.STRIBECK), int(Code.VISCOUS)
 _BY_SPEED = (int(Code.ARCTAN), int(Code.PIECEWISE), int(Code.QUADRATIC), int(Code.RELIEF), int(Code.ASYMMETRY))
@@ -54,11 +56,10 @@ def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory,
 
     state : e, z and w at the last step, the guess of w, the tolerance of w, de/dt and the branch's force at the end.
     """
-    x, v, u, temperature, a, v_m, dt = motion
+    dt = motion[6]
     de_base, rate_sens, f2_base = grads
     h = dt / substeps
     gh = GAMMA * h
-    dx = x[i + 1] - x[i]
     e0, e, rate, z, w, f2, converged = state[0], 0.0, 0.0, 0.0, 0.0, 0.0, True
     f2_start = state[6]
     relaxes = mount[K2] > 0.0
@@ -69,15 +70,7 @@ def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory,
     for stage in range(2):
         part = GAMMA if stage == 0 else 1.0
         q = (sub + part) / substeps
-        q2, q3 = q * q, q * q * q  # cubic Hermite: exact at samples, fourth order between them
-        xs = x[i] + (3 * q2 - 2 * q3) * dx + dt * ((q3 - 2 * q2 + q) * v[i] + (q3 - q2) * v[i + 1])
-        vs = 6 * (q - q2) * dx / dt + (3 * q2 - 4 * q + 1) * v[i] + (3 * q2 - 2 * q) * v[i + 1]
-        inputs = (
-            u[i] + q * (u[i + 1] - u[i]),
-            temperature[i] + q * (temperature[i + 1] - temperature[i]),
-            a[i] + q * (a[i + 1] - a[i]),
-            v_m[i] + q * (v_m[i + 1] - v_m[i]),
-        )
+        xs, vs, inputs = between(motion, i, q)
         b0, b1 = branch(mount, f2_start, gh)
         w, stiff, f_u, slope, ok = solve(
             program, mount, xs, vs, inputs, e0, gh, h * part, b0, b1, state, memory, work, quick, wanted
@@ -143,6 +136,7 @@ def mounted(
     memory, sens, de, state, kept, work, grads, nodes = space
     prepare(mount, dt, substeps, nodes)
     rate = nodes[5]
+    only, fade = explicit_memory(codes, offsets, p, mount)
     top = 1e-300
     for i in range(v.size):
         top = max(top, abs(v[i]))
@@ -159,6 +153,11 @@ def mounted(
                 if smooth and collocate(
                     program, mount, mount_column, motion, i, sub, state, du, sens, de, work, grads, nodes, wanted
                 ):
+                    continue
+                if only >= 0 and explicit(
+                    program, mount, mount_column, motion, i, sub, steps, only, fade, state, memory, du, sens, de, work,
+                    grads, nodes[8], wanted,
+                ):  # fmt: skip
                     continue
                 if not _step(program, mount, mount_column, motion, i, sub, steps, state, memory, du, sens, de, work,
                              grads, wanted):  # fmt: skip

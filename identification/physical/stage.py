@@ -36,6 +36,25 @@ from identification.physical.mount import (
 
 
 @inlined
+def between(motion, i, q):
+    """Displacement, velocity, and u, temperature, a and v_m at the share `q` of sample interval i.
+
+    The displacement is the cubic through both samples and their velocities: exact there, of fourth order between.
+    """
+    x, v, u, temperature, a, v_m, dt = motion
+    dx, q2, q3 = x[i + 1] - x[i], q * q, q * q * q
+    xs = x[i] + (3 * q2 - 2 * q3) * dx + dt * ((q3 - 2 * q2 + q) * v[i] + (q3 - q2) * v[i + 1])
+    vs = 6 * (q - q2) * dx / dt + (3 * q2 - 4 * q + 1) * v[i] + (3 * q2 - 2 * q) * v[i + 1]
+    inputs = (
+        u[i] + q * (u[i + 1] - u[i]),
+        temperature[i] + q * (temperature[i + 1] - temperature[i]),
+        a[i] + q * (a[i + 1] - a[i]),
+        v_m[i] + q * (v_m[i + 1] - v_m[i]),
+    )
+    return xs, vs, inputs
+
+
+@inlined
 def _trial(program, z, w, s, h, inputs, state, memory, work, wanted):
     """Core force at a trial state, memories carried there from the last step; adds their share to ∂f/∂z."""
     codes, offsets, p, modified, remembers, rare = (

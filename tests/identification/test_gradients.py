@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, element
+from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 from tests.identification.test_solver import motion
 
@@ -67,9 +68,9 @@ def freed(e: Element) -> Element:
     return Element(e.name, tuple(replace(p, fixed=False) for p in e.parameters))
 
 
-def extrapolated(model: Model, k: int) -> Floats:
+def extrapolated(model: Model, k: int, inputs: Motion | None = None) -> Floats:
     """∂force/∂θ_k, (N,): central differences of step h and h/2, their error of order h² taken out."""
-    values, inputs = model.values(), motion()
+    values, inputs = model.values(), inputs or motion()
     differences = []
     for step in (2e-4, 1e-4):
         h = step * max(abs(values[k]), 1e-3)

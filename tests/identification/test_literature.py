@@ -89,7 +89,7 @@ def test_the_modified_bouc_wen_model_meets_its_own_equations() -> None:
     })  # fmt: skip
     y, h = states(right, [0.0, (1.0 / (beta + gamma)) ** (1 / n)])
     dy = (alpha * h + k0 * (sine().x - y) + c0 * sine().v) / (c0 + c1)
-    assert late_error(simulate(model, sine()).force, c1 * dy + k1 * sine().x + 5.0, 20) < 3e-4
+    assert late_error(simulate(model, sine()).force, c1 * dy + k1 * sine().x + 5.0, 20) < 1e-6
 
 
 def test_the_enriched_maxwell_model_meets_its_own_equations_to_the_tolerance_of_the_reference() -> None:

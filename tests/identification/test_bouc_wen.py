@@ -1,0 +1,103 @@
+"""Bouc–Wen hysteresis in the solver: bolted to the rig, behind a dashpot, and behind what is too stiff for that."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from identification.physical.model import Element, Model, element
+from identification.physical.simulate import simulate
+from tests.identification.test_gradients import extrapolated, freed
+from tests.identification.test_solver import DT, N, T, motion
+
+Floats = NDArray[np.float64]
+
+WEN = {"alpha": 1e5, "A": 1.2, "n": 1.7, "beta": 2e4, "gamma": 3e4, "alpha_control": 2e4}
+DASHPOT = element("series_dashpot", {"c": 8e3, "c_control": 2e3})
+LINEAR = (
+    element("viscous_damping", {"c": 600, "c_control": 200}),
+    element("linear_stiffness", {"k": 3e3}),
+    element("cubic_stiffness", {"k3": 1e6}),
+    element("position_dependent_damping", {"p": 100}),
+    element("control_lag", {"tau": 0.01}),
+)
+
+
+def bolted(**values: float) -> Model:
+    return Model(name="m", elements=(element("bouc_wen", {**WEN, "alpha_control": 0.0, **values}),))
+
+
+@pytest.mark.parametrize("n", [1.0, 1.7, 2.0, 6.0])
+def test_bolted_to_the_rig_it_follows_its_equation_over_many_reversals(n: float) -> None:
+    beta, gamma = 0.4 / 2e-3**n, 0.6 / 2e-3**n
+
+    def rate(t: float, h: Floats) -> Floats:
+        w = np.interp(t, T, inputs.v)
+        return np.asarray(1.2 * w - gamma * abs(w) * h * abs(h) ** (n - 1) - beta * w * abs(h) ** n)
+
+    inputs = motion(2.0, 0.01)
+    inputs = replace(inputs, x=np.r_[0.0, np.cumsum(0.5 * DT * (inputs.v[1:] + inputs.v[:-1]))])  # v straight between
+    found = solve_ivp(rate, (0.0, T[-1]), [1.2 ** (1 / n) * 2e-3], method="DOP853", rtol=1e-9, atol=1e-13, t_eval=T,
+                      max_step=DT)  # fmt: skip
+    force = simulate(bolted(n=n, beta=beta, gamma=gamma), inputs).force
+    assert np.max(np.abs(force - 1e5 * found.y[0])) < 1e-3 * np.max(np.abs(force))
+
+
+@pytest.mark.parametrize("n", [1.0, 2.0, 7.3])
+def test_however_far_a_step_travels_it_ends_saturated(n: float) -> None:
+    inputs = motion(2.0, 0.01)
+    for scale in (1.0, 1e3, 1e9):
+        far = replace(inputs, x=scale * inputs.x, v=scale * inputs.v)
+        force = simulate(bolted(n=n, beta=0.5, gamma=0.5), far).force
+        assert np.all(np.abs(force) <= 1e5 * 1.2 ** (1 / n) * (1 + 1e-6))
+    assert np.median(np.abs(force)) == pytest.approx(1e5 * 1.2 ** (1 / n))
+
+
+# Where a parameter decides how many steps a sample takes, differences see the jump from one number to the next.
+@pytest.mark.parametrize(
+    ("speed", "allowed"), [(1.0, 1e-6), (12.0, 1e-4)], ids=["one step a sample", "several steps a sample"]
+)
+def test_behind_a_dashpot_the_gradient_is_that_of_the_force(speed: float, allowed: float) -> None:
+    elements = tuple(freed(e) for e in (*LINEAR, DASHPOT, element("bouc_wen", WEN)))
+    model, inputs = Model(name="m", elements=elements), motion(2.0, 0.02 * speed)
+    gradient = simulate(model, inputs, gradient=True).gradient
+    assert gradient is not None
+    for k, name in enumerate(model.names()):
+        expected = extrapolated(model, k, inputs)
+        size = float(np.sqrt(np.mean(expected**2)))
+        assert float(np.median(np.abs(gradient[:, k] - expected))) < allowed * size, name
+
+
+def test_behind_a_dashpot_halving_the_step_divides_the_error_by_four_where_it_reverses() -> None:
+    model = Model(name="m", elements=(element("viscous_damping", {"c": 600}), element("bouc_wen", WEN), DASHPOT))
+    inputs = motion(4.0, 0.03)
+    exact = simulate(model, inputs, substeps=32).force
+    off = [np.abs(simulate(model, inputs, substeps=n).force - exact)[10:] for n in (1, 2)]
+    assert np.linalg.norm(off[0]) > 3.5 * np.linalg.norm(off[1])
+    assert np.linalg.norm(off[0]) < 1e-5 * np.linalg.norm(exact)
+
+
+def test_before_the_first_reversal_the_step_behind_a_dashpot_is_of_fourth_order() -> None:
+    turn = 2 * np.pi * 0.4 / (N * DT)  # the velocity falls to 0.3 of its first value, the current drives the memory
+    inputs = replace(motion(), x=np.sin(turn * T) / turn, v=np.cos(turn * T), a=-turn * np.sin(turn * T))
+    inputs = replace(inputs, i=T.copy())
+    model = Model(name="m", elements=(element("viscous_damping", {"c": 600}), element("bouc_wen", WEN), DASHPOT))
+    exact = simulate(model, inputs, substeps=32).force
+    off = [np.linalg.norm(simulate(model, inputs, substeps=n).force - exact) for n in (1, 2)]
+    assert off[0] > 12.0 * off[1]
+
+
+@pytest.mark.parametrize(
+    "mount",
+    [element("series_compliance", {"k": 3e6, "c": 50}), element("series_dashpot", {"c": 1e-3})],
+    ids=lambda e: e.name,
+)
+def test_where_the_mount_is_too_stiff_for_an_explicit_step_an_implicit_one_is_taken(mount: Element) -> None:
+    model = Model(name="m", elements=(element("viscous_damping", {"c": 600}), element("bouc_wen", WEN), mount))
+    inputs = motion(2.0)
+    force, exact = simulate(model, inputs).force, simulate(model, inputs, substeps=16).force
+    assert np.linalg.norm(force - exact) < 2e-3 * np.linalg.norm(exact)
