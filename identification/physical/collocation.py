@@ -49,6 +49,7 @@ def collocation_space(columns: int, substeps: int) -> tuple[Any, ...]:  # Any: a
         np.zeros((3, 2)),  # x and v at each stage
         np.zeros((2, 3)),  # slopes of the core's force by z and w at each stage
         np.zeros((3, columns)),  # what each residual owes to the parameters; room for `explicit`
+        np.zeros((3, 3)),  # force of the mount by r_j
     )
 
 
@@ -80,6 +81,9 @@ def prepare(mount, dt, substeps, space):
             by_force[i] = a + b + c
             for j in range(3):
                 by_rate[i, j] = mount[K2] * (a * h_a[0, j] + b * h_a[1, j] + c * h_a[2, j])
+    for i in range(3):
+        for j in range(3):
+            space[9][i, j] = mount[K] * h_a[i, j] + by_rate[i, j]
 
 
 @inlined
@@ -129,19 +133,18 @@ def _along(s, table, r):
 
 
 @inlined
-def _slopes(k, cm, f_z, f_w, h_a, by_rate):
+def _slopes(cm, f_z, f_w, h_a, m):
     """Inverse of the slopes of the residuals by the rates, signs changed."""
-    s0, s1, s2 = f_z[0] + k, f_z[1] + k, f_z[2] + k
     return _inverse(
-        f_w[0] + cm[0] + s0 * h_a[0, 0] + by_rate[0, 0],
-        s0 * h_a[0, 1] + by_rate[0, 1],
-        s0 * h_a[0, 2] + by_rate[0, 2],
-        s1 * h_a[1, 0] + by_rate[1, 0],
-        f_w[1] + cm[1] + s1 * h_a[1, 1] + by_rate[1, 1],
-        s1 * h_a[1, 2] + by_rate[1, 2],
-        s2 * h_a[2, 0] + by_rate[2, 0],
-        s2 * h_a[2, 1] + by_rate[2, 1],
-        f_w[2] + cm[2] + s2 * h_a[2, 2] + by_rate[2, 2],
+        f_w[0] + cm[0] + m[0, 0] + f_z[0] * h_a[0, 0],
+        m[0, 1] + f_z[0] * h_a[0, 1],
+        m[0, 2] + f_z[0] * h_a[0, 2],
+        m[1, 0] + f_z[1] * h_a[1, 0],
+        f_w[1] + cm[1] + m[1, 1] + f_z[1] * h_a[1, 1],
+        m[1, 2] + f_z[1] * h_a[1, 2],
+        m[2, 0] + f_z[2] * h_a[2, 0],
+        m[2, 1] + f_z[2] * h_a[2, 1],
+        f_w[2] + cm[2] + m[2, 2] + f_z[2] * h_a[2, 2],
     )
 
 
@@ -149,7 +152,7 @@ def _slopes(k, cm, f_z, f_w, h_a, by_rate):
 def collocate(program, mount, mount_column, motion, i, sub, state, du, sens, de, work, grads, space, wanted):
     """A step as `mounted._step` takes it; returns whether it converged, and leaves all as it was where it did not."""
     codes, offsets, p, column = program[0], program[1], program[2], program[3]
-    h_a, by_rate, by_force, shapes, driver, rate, stage, slope, rows = space
+    h_a, by_rate, by_force, shapes, driver, rate, stage, slope, rows, m = space
     trial, _, _, dp, dm = work
     shape, changed = shapes[sub], program[4] or program[7]
     _place(motion, i, shape, stage, driver, program[8])
@@ -159,22 +162,24 @@ def collocate(program, mount, mount_column, motion, i, sub, state, du, sens, de,
     r = (rate[0], rate[1], rate[2])
     r = (_along(0, _AHEAD, r), _along(1, _AHEAD, r), _along(2, _AHEAD, r))
     d0, d1, d2, last, iterations, ready = 0.0, 0.0, 0.0, np.inf, 0, False
+    z = (0.0, 0.0, 0.0)
     while not ready and iterations < _ITERATIONS:
         iterations += 1
-        a0, a1, a2 = _along(0, h_a, r), _along(1, h_a, r), _along(2, h_a, r)
-        z = (stage[0, X] - e0 - a0, stage[1, X] - e0 - a1, stage[2, X] - e0 - a2)
+        if program[8] > 0:  # else the force does not depend on the position
+            a0, a1, a2 = _along(0, h_a, r), _along(1, h_a, r), _along(2, h_a, r)
+            z = (stage[0, X] - e0 - a0, stage[1, X] - e0 - a1, stage[2, X] - e0 - a2)
         w = (stage[0, V] - r[0], stage[1, V] - r[1], stage[2, V] - r[2])
         f, f_z, f_w = core_values(codes, offsets, p, z, w, driver, trial, dp, dm, changed)
-        g0 = f[0] - base0 - k * a0 - cm[0] * r[0] - _along(0, by_rate, r)
-        g1 = f[1] - base1 - k * a1 - cm[1] * r[1] - _along(1, by_rate, r)
-        g2 = f[2] - base2 - k * a2 - cm[2] * r[2] - _along(2, by_rate, r)
+        g0 = f[0] - base0 - cm[0] * r[0] - _along(0, m, r)
+        g1 = f[1] - base1 - cm[1] * r[1] - _along(1, m, r)
+        g2 = f[2] - base2 - cm[2] * r[2] - _along(2, m, r)
         size = abs(g0) + abs(g1) + abs(g2)
         if size > last:  # Newton's step led uphill
             d0, d1, d2 = 0.5 * d0, 0.5 * d1, 0.5 * d2
             r = (r[0] - d0, r[1] - d1, r[2] - d2)
         else:
             last = size
-            d0, d1, d2 = _times(_slopes(k, cm, f_z, f_w, h_a, by_rate), g0, g1, g2)
+            d0, d1, d2 = _times(_slopes(cm, f_z, f_w, h_a, m), g0, g1, g2)
             r = (r[0] + d0, r[1] + d1, r[2] + d2)
             # Newton squares its error: what is within 1e-7 now is at round-off after this step.
             ready = (
@@ -195,7 +200,7 @@ def collocate(program, mount, mount_column, motion, i, sub, state, du, sens, de,
                 _explicit(rows, s, column, mount_column, p, dp, f_u - by_u * rate[s], du, i, shape[s, 0], e, rate[s],
                           driver[s, U])  # fmt: skip
             f_z, f_w = (slope[0, 0], slope[0, 1], slope[0, 2]), (slope[1, 0], slope[1, 1], slope[1, 2])
-            inverse = _slopes(k, cm, f_z, f_w, h_a, by_rate)
+            inverse = _slopes(cm, f_z, f_w, h_a, m)
             _carry(inverse, mount, mount_column, f_z, space, f2, sens, codes.size, de, grads[1])
         state[0], state[3], state[5], state[7] = e0 + _along(2, h_a, r), stage[2, V] - r[2], r[2], stage[2, V]
         state[6] = by_force[2] * f2 + _along(2, by_rate, r)
