@@ -123,6 +123,19 @@ def guesses(name: str, scales: Scales) -> list[Element]:
     return [_limited(element(name, values, _HELD.get(name, ())), limits) for values in _GUESSES[name](scales)]
 
 
+def falling_from(friction: Element, scales: Scales) -> list[Element]:
+    """Stribeck curves that start as high as a Coulomb friction that fits, and build up over the same velocity."""
+    level, limits = friction.value("f_c"), _LIMITS["stribeck_friction"](scales)
+    (build_up,) = (p for s, p in zip(friction.spec.parameters, friction.parameters, strict=True) if s.name == "w_r")
+    curves = []
+    for w in scales.speeds[:3]:
+        values = {"f_c": 0.8 * level, "f_s": 1.1 * level, "w_s": w}
+        curve = _limited(element("stribeck_friction", values), limits)
+        pairs = zip(curve.spec.parameters, curve.parameters, strict=True)
+        curves.append(Element(curve.name, tuple(build_up if s.name == "w_r" else p for s, p in pairs)))
+    return curves
+
+
 def _limited(e: Element, limits: Mapping[str, tuple[float, float]]) -> Element:
     parameters = []
     for spec, p in zip(e.spec.parameters, e.parameters, strict=True):

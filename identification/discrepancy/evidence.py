@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from identification.discrepancy.excess import contribution
 from identification.discrepancy.naming import Move, Search
 from identification.discrepancy.signatures import orthonormal
-from identification.discrepancy.trials import CURVES, Trial, complexity, tolerance
+from identification.discrepancy.trials import CURVES, Trial, allowance, complexity
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters, predict
 from identification.physical.model import Model
@@ -35,6 +35,7 @@ _LEFT_LIMIT = 0.40  # what leaves this share of the gap has not explained it
 _LEFT_SCALE = 0.06
 _REWRITTEN = 0.5  # share of its given force by which a base may change beside a curve: a third, and a half for luck
 _REWRITTEN_SCALE = 0.05
+_EVEN = 0.5  # odds of a form that fits as well and is no finer
 _PER_PARAMETER = 0.1  # prior odds of a form with one more parameter
 
 
@@ -169,19 +170,23 @@ def _decisive(moves: Sequence[Move], name: str) -> Move:
 
 
 def _rival_weights(move: Move, name: str) -> dict[str, float]:
-    """Odds of each rival against the chosen: worse fits fade by the tolerance of form, finer forms by parsimony."""
+    """Odds of each rival against the chosen: worse fits fade by the tolerance of form, finer forms by parsimony.
+
+    One that fits clearly better, and was passed over for what its fit made of it, is no less likely for its finer form.
+    """
     chosen = next(t for t in move.rivals if t.name == name)
-    allowed = tolerance(chosen) + 10.0
     weights = {}
     for t in move.rivals:
         if t.name != name:
+            allowed = allowance(chosen, t)
             worse = max(t.excess - chosen.excess, 0.0) / allowed
-            weights[t.name] = _prior(t, chosen) * float(np.exp(-2.0 * worse))
+            prior = _EVEN if t.excess < chosen.excess - allowed else _prior(t, chosen)
+            weights[t.name] = prior * float(np.exp(-2.0 * worse))
     return weights
 
 
 def _prior(trial: Trial, chosen: Trial) -> float:
-    return float(_PER_PARAMETER ** max(complexity(trial) - complexity(chosen), 0.0)) * 0.5
+    return _EVEN * float(_PER_PARAMETER ** max(complexity(trial) - complexity(chosen), 0.0))
 
 
 def _rms_without(found: Search, name: str, records: Sequence[Record]) -> float:

@@ -47,6 +47,7 @@ Progress = Callable[[str, float], None]
 
 _UTTER = 0.2  # below this confidence a name is no name
 _AMBIGUOUS = 0.9  # below this confidence the next test is worth its rig time
+_HIDDEN = 4.0  # times the energy that closes: a base takes up half of an effect, of more it is the cause itself
 _NEAR_FLOOR = 0.35  # an excess below this share of the noise can't be told from it run by run
 
 
@@ -197,7 +198,8 @@ def _trace(record: Record, given: Model, base: Model, final: Model, *, held_out:
 def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> bool:
     """Whether something repeatable stays that neither noise nor the form of what was named can answer for."""
     samples = sum(r.measured.size for r in records)
-    form = sum(FORM_TOLERANCE**2 * contribution(found.fit.model, n, records) for n in found.names)
+    most = _HIDDEN * max(found.base_excess - found.excess, 0.0)
+    form = sum(FORM_TOLERANCE**2 * min(contribution(found.fit.model, n, records), most) for n in found.names)
     if hum is not None:
         form += FORM_TOLERANCE**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
     floor = max(material_excess(records), significant_excess(records), _NEAR_FLOOR**2 * samples)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.discrepancy.candidates import admissible, guesses
+from identification.discrepancy.candidates import admissible, falling_from, guesses
 from identification.discrepancy.excess import contribution, excess_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
@@ -24,8 +24,12 @@ FIT_ITERATIONS = 14
 FLAT = 3e-4  # of the misfit: an iteration that gains less decides nothing
 CURVES = ("arctan_damping", "piecewise_linear_damping", "valve_damping", "tanh_hysteresis", "bouc_wen")
 _SHORTLIST = 6
+_A_FEW, _MOST = 2, 0.6  # records that a sprint looks at, at least, and the share of the gap that they hold
 _SPRINT = 5  # iterations after which a candidate far behind the best is given up
+_GLANCE = 2  # iterations on all records of what has been given up
 _FAR = 5.0  # times the least excess
+_NEARLY = 0.1  # of the excess: a sprint that leaves no more may lead once its finer shape is free
+_BEHIND = 0.5  # of what the best has closed: a sprint that has closed less will not lead
 _CLOSE = 1.5  # times the least: of several sprints with one element, those that are worth running on
 _PROMISES = 0.5  # of what the best has closed: a stuck sprint whose signature promises less is given up
 _DEAD = 0.98  # of the excess: a fit that leaves more has lost its element
@@ -63,9 +67,9 @@ def trials(
 ) -> list[Trial]:
     """The shortlist: elements whose signatures explain most of the residual, each inserted and fitted.
 
-    All run a few iterations; those that are then far behind run no further. With an `incumbent`, only what promises
-    nearly as much as that name does is tried: nothing, when it leads alone. What promises less than the share `least`
-    of the residual is left out.
+    All run a few iterations on the records that tell most; those that are then far behind run no further. With an
+    `incumbent`, only what promises nearly as much as that name does is tried: nothing, when it leads alone. What
+    promises less than the share `least` of the residual is left out.
     """
     top = [(n, s) for n, s in _shortlist(start, records) if s[0][0] >= least]
     if incumbent is not None:
@@ -73,9 +77,12 @@ def trials(
         top = [(n, s) for n, s in top if s[0][0] >= bar]
         if [n for n, _ in top] == [incumbent]:
             return []
-    sprints = {name: _sprint(start.model.with_element(starts[0][1]), records) for name, starts in top}
-    best = min((excess_of(f) for f in sprints.values() if f is not None), default=0.0)
-    reach, before = _FAR * max(best, _AT_NOISE * start.samples), excess_of(start)
+    few = _telling(start, records)
+    before, samples = _excess_on(start, records, few), sum(r.measured.size for r in few)
+    sprints = {name: _sprint(start.model.with_element(starts[0][1]), few) for name, starts in top}
+    leader = min((f for f in sprints.values() if f is not None), key=_merit, default=start)
+    best = excess_of(leader)
+    reach = min(max(_FAR * best, _FAR * _AT_NOISE * samples, _NEARLY * before), best + _BEHIND * (before - best))
 
     def open_(sprint: Fit, promised: float) -> bool:
         """Whether more iterations may pay: near the best, or stuck far short of what the signature promised."""
@@ -85,11 +92,34 @@ def trials(
         )
 
     fitted = [
-        _fitted(start, given, name, starts, records, sprint, full=open_(sprint, starts[0][0]))
+        _fitted(start, given, name, starts, records, few, sprint, full=open_(sprint, starts[0][0]))
         for name, starts in top
         if (sprint := sprints[name]) is not None
     ]
-    return [t for t in fitted if t is not None]
+    found = [t for t in fitted if t is not None]
+    return [_grown(t, found, start, records, few) if contradicts_itself(t) else t for t in found]
+
+
+def _grown(
+    denied: Trial, found: Sequence[Trial], start: Fit, records: Sequence[Record], few: Sequence[Record]
+) -> Trial:
+    """A Stribeck curve once more, out of the Coulomb friction that fits.
+
+    By itself it may follow how friction builds up, while the base's own curve takes up how it falls.
+    """
+    flat = [t for t in found if t.name == "coulomb_friction"]
+    if denied.name != "stribeck_friction" or not flat:
+        return denied
+    place = last_of(flat[0].fit.model, "coulomb_friction")
+    rest, own = flat[0].fit.model, flat[0].fit.model.elements[place]
+    starts = [
+        replace(rest, elements=(*rest.elements[:place], falling, *rest.elements[place + 1 :]))
+        for falling in falling_from(own, scales_of(records, _gap(start, records)))
+    ]
+    sprints = list(filter(None, [_sprint(s, few) for s in starts]))
+    fits = _run_on(sprints, records, FIT_ITERATIONS) if sprints else []
+    best = min(fits, key=_merit, default=denied.fit)
+    return denied if _merit(best)[0] else _trial(best, denied.name, start, records, denied.screened)
 
 
 def _shortlist(start: Fit, records: Sequence[Record]) -> list[tuple[str, list[tuple[float, Element]]]]:
@@ -103,9 +133,25 @@ def _shortlist(start: Fit, records: Sequence[Record]) -> list[tuple[str, list[tu
     return sorted(best.items(), key=lambda item: -item[1][0][0])[:_SHORTLIST]
 
 
-def _sprint(start: Model, records: Sequence[Record]) -> Fit | None:
+def _telling(fit: Fit, records: Sequence[Record]) -> list[Record]:
+    """The fewest records that hold most of the gap, two at least: enough to see who leads."""
+    energy = np.array([_excess_on(fit, records, [r]) for r in records])
+    order = np.argsort(-energy)
+    share = np.cumsum(energy[order]) / max(float(np.sum(energy)), 1e-300)
+    count = max(_A_FEW, int(np.searchsorted(share, _MOST)) + 1)
+    kept = set(order[:count].tolist())
+    return [r for k, r in enumerate(records) if k in kept]
+
+
+def _excess_on(fit: Fit, records: Sequence[Record], some: Sequence[Record]) -> float:
+    """Whitened residual energy of a fit to all records beyond the noise, on some of them."""
+    pairs = [(e, r) for e, r in zip(fit.residuals, records, strict=True) if any(r is s for s in some)]
+    return sum(float(np.dot(e, e)) / r.sigma**2 - e.size for e, r in pairs)
+
+
+def _sprint(start: Model, few: Sequence[Record]) -> Fit | None:
     with suppress(SimulationError):
-        return fit_records(start, records, max_iterations=_SPRINT)
+        return fit_records(start, few, max_iterations=_SPRINT)
     return None
 
 
@@ -120,32 +166,39 @@ def _fitted(
     name: str,
     starts: Sequence[tuple[float, Element]],
     records: Sequence[Record],
+    few: Sequence[Record],
     sprint: Fit,
     *,
     full: bool,
 ) -> Trial | None:
     """Where it is worth a `full` one, go on from the sprint and from what other starts sprint to."""
-    model, before, fits = start.model, excess_of(start), [sprint]
+    model, sprints = start.model, [sprint]
     if full:
-        rivals = [_sprint(other, records) for other in _starts(model, given, starts)]
-        if _dead(min([sprint, *filter(None, rivals)], key=_merit), before):
+        sprints += filter(None, [_sprint(other, few) for other in _starts(model, given, starts)])
+        best = min(sprints, key=_merit)
+        if _dead(best, _excess_on(start, records, few)):
             # On a bound each time: the last resort is every guess on the base as given.
-            rivals += [_sprint(given.with_element(guess), records) for _, guess in starts[1:]]
-        fits = _run_on([sprint, *filter(None, rivals)], records)
+            sprints += filter(None, [_sprint(given.with_element(guess), few) for _, guess in starts[1:]])
+    fits = _run_on(sprints, records, FIT_ITERATIONS if full else _GLANCE)
+    if not fits:
+        return None
+    if full:
         raw = min(fits, key=_merit)
         fits.append(refined(raw, last_of(raw.model, name), records))
-    best = min(fits, key=_merit)
-    own = best.model.elements[last_of(best.model, name)]
+    return _trial(min(fits, key=_merit), name, start, records, starts[0][0])
+
+
+def _trial(fit: Fit, name: str, start: Fit, records: Sequence[Record], screened: float) -> Trial:
+    own = fit.model.elements[last_of(fit.model, name)]
+    free = [not p.fixed and not q.refinement for p, q in zip(own.parameters, own.spec.parameters, strict=True)]
     return Trial(
         name=name,
-        fit=best,
-        excess=excess_of(best),
-        contribution=contribution(best.model, name, records),
-        parameters=sum(
-            not p.fixed and not q.refinement for p, q in zip(own.parameters, own.spec.parameters, strict=True)
-        ),
-        screened=starts[0][0],
-        closed=max(before - excess_of(best), 0.0),
+        fit=fit,
+        excess=excess_of(fit),
+        contribution=contribution(fit.model, name, records),
+        parameters=sum(free),
+        screened=screened,
+        closed=max(excess_of(start) - excess_of(fit), 0.0),
     )
 
 
@@ -153,16 +206,21 @@ def _dead(fit: Fit, before: float) -> bool:
     return excess_of(fit) > _DEAD * before
 
 
-def _run_on(sprints: Sequence[Fit], records: Sequence[Record]) -> list[Fit]:
-    """The sprints, and what the best of them come to, one after the other until one meets the noise."""
+def _run_on(sprints: Sequence[Fit], records: Sequence[Record], iterations: int) -> list[Fit]:
+    """What the best of the sprints come to on all records, one after the other until one meets the noise."""
     ranked = sorted(sprints, key=_merit)
-    fits, reach = list(ranked), _CLOSE * max(excess_of(ranked[0]), _AT_NOISE * ranked[0].samples)
+    fits: list[Fit] = []
+    reach = _CLOSE * max(excess_of(ranked[0]), _AT_NOISE * ranked[0].samples)
     for sprint in ranked:
-        if excess_of(min(fits, key=_merit)) < _AT_NOISE * sprint.samples or excess_of(sprint) > reach:
+        if fits and (_at_noise(min(fits, key=_merit)) or excess_of(sprint) > reach):
             break
         with suppress(SimulationError):
-            fits.append(fit_records(sprint.model, records, max_iterations=FIT_ITERATIONS, tolerance=FLAT))
+            fits.append(fit_records(sprint.model, records, max_iterations=iterations, tolerance=FLAT))
     return fits
+
+
+def _at_noise(fit: Fit) -> bool:
+    return excess_of(fit) < _AT_NOISE * fit.samples
 
 
 def _merit(fit: Fit) -> tuple[bool, float]:
@@ -191,8 +249,20 @@ def choose(found: Sequence[Trial]) -> Trial | None:
     if not physical:
         return None
     best = min(physical, key=lambda t: t.excess)
-    equal = [t for t in physical if t.excess <= best.excess + tolerance(best) + 10.0]
+    equal = [t for t in physical if t.excess <= best.excess + allowance(best, t)]
     return min(equal, key=lambda t: (complexity(t), t.excess))
+
+
+def allowance(best: Trial, other: Trial) -> float:
+    """Whitened energy by which another may fit worse than the best and still be as likely the cause.
+
+    A fall of friction with speed that takes away half of what friction without it leaves is one: the forms of friction
+    itself differ in how it builds up, and that both have.
+    """
+    form = tolerance(best) + 10.0
+    if best.name == "stribeck_friction" and other.name in ("coulomb_friction", "presliding_friction"):
+        return min(form, max(best.excess, 0.0) + _AT_NOISE * best.fit.samples)
+    return form
 
 
 def tolerance(trial: Trial) -> float:

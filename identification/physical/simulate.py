@@ -23,6 +23,7 @@ Floats = NDArray[np.float64]
 RIGID_STIFFNESS = 3.0e7  # N/m: a worn joint without a bush meets steel
 RIGID_DAMPING = 3.0e3  # N·s/m
 _SAME_TEMPERATURE_K = 0.05  # a body this steady is at one temperature: fade is some 0.5 % per kelvin
+_SETTLED = 1e-9  # of the force: a second period that differs less from the first has forgotten the start
 _REVERSAL_SUBSTEPS = 4
 _PLAY_SUBSTEPS = 16  # a rigid contact rings at some kHz; all of its error sits in the samples of an impact
 _NEED_AMPLITUDE = (Code.MODULATED_TANH, Code.SIGMOID)
@@ -77,18 +78,44 @@ def simulate(model: Model, motion: Motion, *, gradient: bool = False, substeps: 
 
 def _steady_damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Response:
     """Response of mount and core; a periodic motion is simulated until it settles, then its last period repeats."""
-    samples = (motion.settle + 1) * motion.period
     drifts = model.has("temperature_fade") and np.ptp(motion.temperature) > _SAME_TEMPERATURE_K
+    settle = motion.settle if _remembers(model) else 0
+    samples = (settle + 1) * motion.period
     if motion.settle == 0 or samples >= motion.x.size or drifts:
         return _damper(model, motion, gradient, substeps)
+    if settle > 1:
+        short = _damper(model, _head(model, motion, 2 * motion.period), gradient, substeps)
+        if _repeats(short.force, motion.period):
+            return _tiled(short, motion)
+    return _tiled(_damper(model, _head(model, motion, samples), gradient, substeps), motion)
+
+
+def _remembers(model: Model) -> bool:
+    """Whether the force depends on more than the present motion and current."""
+    lags = any(e.spec.code in (Code.LAG, Code.HYSTERESIS) for e in model.on("control"))
+    return lags or bool(model.on("mount")) or any(e.spec.memory for e in model.on("core"))
+
+
+def _head(model: Model, motion: Motion, samples: int) -> Motion:
     head = motion.head(samples)
     if model.has("temperature_fade"):
         head = replace(head, temperature=np.full(samples, float(np.mean(motion.temperature))))
-    short = _damper(model, head, gradient, substeps)
+    return head
+
+
+def _repeats(force: Floats, period: int) -> bool:
+    """Whether the later half of a second period is that of the first: nothing remembers the start any more."""
+    first, second = force[period // 2 : period], force[period + period // 2 : 2 * period]
+    return bool(np.max(np.abs(second - first)) <= _SETTLED * np.max(np.abs(first), initial=0.0))
+
+
+def _tiled(response: Response, motion: Motion) -> Response:
+    """The response with its last period repeated up to the length of the motion."""
+    samples = response.force.size
     index = np.arange(motion.x.size)
     index = np.where(index < samples, index, samples - motion.period + (index - samples) % motion.period)
-    full = None if short.gradient is None else short.gradient[index]
-    return Response(short.force[index], full, short.failures)
+    full = None if response.gradient is None else response.gradient[index]
+    return Response(response.force[index], full, response.failures)
 
 
 def _damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Response:
