@@ -185,7 +185,7 @@ _ROWS: Final = (
             _p("A", "–", _TINY),
             _p("n", "–", 1.0, high=10.0),
             _p("beta", "1/m^n", _FREE),
-            _p("gamma", "1/m^n", _FREE),
+            _p("gamma", "1/m^n"),  # below zero it would make energy out of nothing
             ParameterSpec("alpha_control", "N/(m·A)", _FREE, default=0.0, refinement=True),
         ),
         memory=True,

@@ -48,14 +48,19 @@ def _bouc_wen(p, o, n, h, travel, s, wanted, out):
 
     dh/dt = A w − gamma |w| h |h|^(n−1) − beta w |h|^n does not depend on time but on travel ζ: along it
     dh/dζ = g(h) = s A − h |h|^(n−1) (gamma + s sgn(h) beta), by the classical Runge–Kutta method of fourth order. What
-    lies `_FORGOTTEN` steps back has faded by e^−16, so a longer leg ends where that many steps do: however long, it
-    stays stable. The partials are those of these very steps: `l1` … `l4` say what h owes to the slope at each stage.
+    lies `_FORGOTTEN` steps back has faded by e^−16: a longer leg ends saturated. The partials are those of these very
+    steps: `l1` … `l4` say what h owes to the slope at each stage.
     """
     a, beta, gamma = s * p[o + 1], s * p[o + 3], p[o + 4]
     far = fading(p, o, n)
-    longest, top = _PART * far, 1e3 * far * n * p[o + 1]
-    steps = 1 + int(min(travel / longest, _FORGOTTEN - 1.0))
-    d = min(travel / steps, longest)
+    count, top = travel / (_PART * far), 1e3 * far * n * p[o + 1]
+    if count > _FORGOTTEN:
+        out[0], out[1] = 0.0, 0.0
+        end, out[2], out[3], out[4] = _saturated(p, o, n, s)
+        out[5] = out[4]
+        return end
+    steps = 1 + int(count)
+    d = travel / steps
     dh, dz, da, dn, db, dg = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for _ in range(steps):
         g1, y1, q1 = _along(h, a, n, beta, gamma)
@@ -90,6 +95,15 @@ def _bouc_wen(p, o, n, h, travel, s, wanted, out):
 def fading(p, o, n):
     """The travel, m, in which a saturated Bouc–Wen hysteresis forgets all but the e-th part: its height over n A."""
     return max((p[o + 1] / max(abs(p[o + 3] + p[o + 4]), 1e-300)) ** (1.0 / n), 1e-300) / (n * p[o + 1])
+
+
+@inlined
+def _saturated(p, o, n, s):
+    """Where Bouc–Wen hysteresis ends on a long way, s (A/(beta + gamma))^(1/n), its slopes by A, n, beta or gamma."""
+    total = max(p[o + 3] + p[o + 4], 1e-300)
+    ratio = p[o + 1] / total
+    h = s * ratio ** (1.0 / n)
+    return h, h / (n * p[o + 1]), -h * np.log(ratio) / (n * n), -h / (n * total)
 
 
 @inlined
@@ -219,14 +233,11 @@ def steady(codes, offsets, p, column, w, memory, sens):
         o = offsets[k]
         memory[k] = 0.0
         if codes[k] == _BOUC_WEN:
-            total, n = max(p[o + 3] + p[o + 4], 1e-300), p[o + 2]
-            ratio = p[o + 1] / total
-            h = s * ratio ** (1.0 / n)
-            memory[k] = h
-            _begin(sens, k, column, o + 1, h / (n * p[o + 1]))
-            _begin(sens, k, column, o + 2, -h * np.log(ratio) / (n * n))
-            _begin(sens, k, column, o + 3, -h / (n * total))
-            _begin(sens, k, column, o + 4, -h / (n * total))
+            memory[k], by_a, by_n, by_loss = _saturated(p, o, p[o + 2], s)
+            _begin(sens, k, column, o + 1, by_a)
+            _begin(sens, k, column, o + 2, by_n)
+            _begin(sens, k, column, o + 3, by_loss)
+            _begin(sens, k, column, o + 4, by_loss)
         elif codes[k] == _PRESLIDING:
             memory[k] = s * p[o + 1]
             _begin(sens, k, column, o + 1, s)

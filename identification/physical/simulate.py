@@ -52,8 +52,9 @@ def simulate(model: Model, motion: Motion, *, gradient: bool = False, substeps: 
     Raises
     ------
     SimulationError
-        when the force is not finite, with the first bad sample.
+        when the force is not finite, with the first bad sample; when a hysteresis has no bound.
     """
+    _check_bounded(model)
     sensor = model.on("sensor")
     taus = [e.value("tau") if e.spec.code == Code.FORCE_DELAY else 0.0 for e in sensor]
     past = motion.shifted(sum(taus))
@@ -74,6 +75,16 @@ def simulate(model: Model, motion: Motion, *, gradient: bool = False, substeps: 
             f"v = {motion.v[bad]:.4g} m/s): check its parameters against the range of the run"
         )
     return Response(force, grad, response.failures)
+
+
+def _check_bounded(model: Model) -> None:
+    """Raise SimulationError where a Bouc–Wen hysteresis grows without end (Ikhouane & Rodellar 2007)."""
+    for e in model.on("core"):
+        if e.spec.code == Code.BOUC_WEN and not e.value("beta") + e.value("gamma") > 0.0:
+            raise SimulationError(
+                f"'{model.name}': bouc_wen.beta + bouc_wen.gamma is {e.value('beta') + e.value('gamma'):.4g}: "
+                "it must be above zero, or the hysteresis grows without end"
+            )
 
 
 def _steady_damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Response:

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from identification.errors import ModelError, SimulationError
 from identification.physical.model import Element, Model, element
 from identification.physical.simulate import simulate
 from tests.identification.test_gradients import extrapolated, freed
@@ -101,3 +102,10 @@ def test_where_the_mount_is_too_stiff_for_an_explicit_step_an_implicit_one_is_ta
     inputs = motion(2.0)
     force, exact = simulate(model, inputs).force, simulate(model, inputs, substeps=16).force
     assert np.linalg.norm(force - exact) < 2e-3 * np.linalg.norm(exact)
+
+
+def test_a_hysteresis_without_bound_is_refused_by_name_before_any_work() -> None:
+    with pytest.raises(SimulationError, match=r"bouc_wen.beta \+ bouc_wen.gamma is -1e\+04: it must be above zero"):
+        simulate(bolted(beta=-4e4), motion())
+    with pytest.raises(ModelError, match=r"bouc_wen.gamma is -1 1/m\^n: physically it lies within \[0, inf\]"):
+        bolted(gamma=-1.0)
