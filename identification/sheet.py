@@ -49,7 +49,7 @@ def write_sheet(path: Path, runs: Sequence[Run]) -> list[dict[str, float | str |
     left_out = [_name(run) for run, cycles in found if cycles is None]
     if not tests:
         raise DataError(
-            f"{', '.join(left_out) or 'no run'}: no steady sine: a characteristic needs whole cycles of one"
+            f"{', '.join(left_out) or 'no run'}: no steady sine: a characteristic needs whole cycles of one, and a force that moves"
         )
     speeds, forces = extremes(tests)
     one_current = np.ptp([test.current or 0.0 for test in tests]) < 0.02
@@ -226,7 +226,11 @@ def _page(
         f"{curve.std[0]:.2g} s/m, F1 = {curve.F1:.5g} ± {curve.std[1]:.2g} N, d = {curve.d:.4g} ± {curve.std[2]:.2g} "
         f"N·s/m, F2 = {curve.F2:.4g} ± {curve.std[3]:.2g} N; {curve.rms:.3g} N rms are left.</p>"
     )  # fmt: skip
-    skipped = f"<p class=note>Left out, no steady sine: {html.escape(', '.join(left_out))}.</p>" if left_out else ""
+    skipped = (
+        f"<p class=note>Left out, no steady sine or no force: {html.escape(', '.join(left_out))}.</p>"
+        if left_out
+        else ""
+    )
     notes = "".join(f"<li>{html.escape(text)}</li>" for text in seen)
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>Damper characteristics</title>'

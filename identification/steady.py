@@ -58,7 +58,8 @@ class Cycles:
         """Displacement, velocity and force of one cycle from its harmonics, (points,) each.
 
         Of the displacement's those count that stand out of its noise, which the velocity would amplify. Lanczos factors
-        keep the force from ringing where it jumps.
+        keep the force from ringing where it jumps, over that of the first harmonic: it stays as it is, however few
+        harmonics the sample rate has room for.
         """
         turn = 2.0 * np.pi * np.arange(points) / points
         k = np.arange(self.x_lines.size)
@@ -67,7 +68,8 @@ class Cycles:
         noise = np.median(np.abs(self.x_lines[(k.size + 1) // 2 :]))
         lines = np.where((k < 2) | (np.abs(self.x_lines) > _CLEAR * noise), self.x_lines, 0.0)
         x, v = (wave @ lines).real, (wave @ (rate * lines)).real
-        return x, v, (wave @ (np.sinc(k / k.size) * self.f_lines)).real
+        fade = np.where(k > 0, np.sinc(k / k.size) / np.sinc(1.0 / k.size), 1.0)
+        return x, v, (wave @ (fade * self.f_lines)).real
 
 
 def dynamic_stiffness(cycles: Cycles) -> float:
@@ -96,11 +98,11 @@ def loop_shape(cycles: Cycles) -> float:
     phase and scale, which the area itself is not.
     """
     force = cycles.loop()[2]
-    return float(2.0 * abs(cycles.f_lines[1]) * np.sinc(1.0 / cycles.f_lines.size) / (force.max() - force.min()))
+    return float(2.0 * abs(cycles.f_lines[1]) / (force.max() - force.min()))
 
 
 def steady_cycles(run: Run, channel: str = "force") -> Cycles | None:
-    """The steady whole cycles of a run under a sine; None where its motion is none.
+    """The steady whole cycles of a run under a sine; None where its motion is none, or the force stands still.
 
     The first period of a periodic run, or the first cycle of another, is transient and left out. Where amplitude or
     frequency wander, the longest stretch counts in which they do not: a half, quarter or eighth of the run, of several
@@ -111,7 +113,7 @@ def steady_cycles(run: Run, channel: str = "force") -> Cycles | None:
         if needed not in run.channels:
             raise DataError(f"{name}: no channel '{needed}': a loop needs displacement and force")
     x, force, rate = run.channels["displacement"], run.channels[channel], run.sample_rate_hz
-    if x.size < _LEAST_SAMPLES or np.ptp(x) == 0.0:
+    if x.size < _LEAST_SAMPLES or np.ptp(x) == 0.0 or np.ptp(force) == 0.0:
         return None
     stretch = _whole_periods(run) if _periodic(run) else _steadiest(x, rate)
     if stretch is None:
@@ -211,7 +213,7 @@ def _lines(t: Floats, s: Floats, frequency: float, order: int) -> NDArray[np.com
     """Complex amplitudes at the multiples of the frequency by least squares, (order + 1,)."""
     turn = 2.0 * np.pi * frequency * np.outer(t, np.arange(1, order + 1))
     basis = np.concatenate([np.ones((t.size, 1)), np.cos(turn), np.sin(turn)], axis=1)
-    found = np.linalg.lstsq(basis, s, rcond=None)[0]
+    found = np.linalg.solve(basis.T @ basis, basis.T @ s)  # its columns are all but orthogonal
     return np.concatenate([found[:1] + 0j, found[1 : order + 1] - 1j * found[order + 1 :]])
 
 

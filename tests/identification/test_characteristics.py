@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -79,6 +80,25 @@ def test_a_spring_and_a_dashpot_show_their_stiffness_loss_and_energy(periodic: b
 )
 def test_the_loop_shape_tells_ellipse_rectangle_and_peak_apart(law: Law, shape: float) -> None:
     assert loop_shape(cycles_of(law)) == pytest.approx(shape, rel=0.03)
+
+
+@pytest.mark.parametrize("frequency", [1.0, 7.3, 10.0, 30.0])
+def test_the_extremes_of_a_dashpot_are_its_own_at_a_few_samples_a_cycle_too(frequency: float) -> None:
+    t = np.arange(1000) / 100.0
+    turn = 2 * np.pi * frequency
+    channels = {"displacement": 0.01 * np.sin(turn * t), "force": 2e3 * 0.01 * turn * np.cos(turn * t) + 50.0}
+    test = steady_cycles(replace(sine_run(lambda x, v: v, 0.01, 2.0, periodic=False), channels=channels,
+                                 sample_rate_hz=100.0))  # fmt: skip
+    assert test is not None
+    assert extremes([test])[1] == pytest.approx([20.0 * turn + 50.0, 50.0 - 20.0 * turn], rel=1e-3)
+
+
+def test_a_run_without_force_is_no_test_and_has_no_loop_shape() -> None:
+    run = sine_run(lambda x, v: 2e3 * v, 0.01, 2.0)
+    flat = with_channel(run, "force_simulated", np.zeros(run.samples), "N")
+    assert "loop_shape_measured" in score(flat)
+    assert "loop_shape_simulated" not in score(flat)
+    assert steady_cycles(flat, "force_simulated") is None
 
 
 def test_the_loop_shape_depends_neither_on_the_loss_angle_nor_on_the_scale() -> None:
