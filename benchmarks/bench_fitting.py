@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.optimize import differential_evolution
 
 from benchmarks.hidden.case import case
 from identification.errors import ModelError, SimulationError
-from identification.fitting import fit
+from identification.fitting import fit, leastsquares
 from identification.fitting.frogs import frog_leaping
 from identification.fitting.leastsquares import fit_records, predict
 from identification.fitting.multistart import starts
@@ -149,17 +150,22 @@ def _evolution(model: Model, record: Record, low: Floats, high: Floats, budget: 
 
 def _starts(model: Model, record: Record, low: Floats, high: Floats, budget: int, seed: int) -> float:
     """As many starts as the budget allows; a simulation with its gradient counts as two."""
-    best, used = np.inf, 0
-    for start in starts(model, model.free(), 200, spread=30.0, seed=seed)[1:]:
-        steps = []
-        try:
-            found = fit_records(start, [record], max_iterations=25, on_step=lambda step, _, s=steps: s.append(step))
-            best = min(best, found.rms)
-        except SimulationError:
-            pass
-        used += 2 * 2 * (len(steps) + 1)  # about two trials a step
-        if used >= budget:
-            break
+    best, used, plain = np.inf, 0, leastsquares.evaluate
+
+    def counted(*arguments: object) -> leastsquares.Evaluation:
+        nonlocal used
+        used += 2
+        return plain(*arguments)  # type: ignore[arg-type]
+
+    leastsquares.evaluate = counted
+    try:
+        for start in starts(model, model.free(), 200, spread=30.0, seed=seed)[1:]:
+            with suppress(SimulationError):
+                best = min(best, fit_records(start, [record], max_iterations=25).rms)
+            if used >= budget:
+                break
+    finally:
+        leastsquares.evaluate = plain
     return best
 
 

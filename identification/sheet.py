@@ -49,7 +49,8 @@ def write_sheet(path: Path, runs: Sequence[Run]) -> list[dict[str, float | str |
     left_out = [_name(run) for run, cycles in found if cycles is None]
     if not tests:
         raise DataError(
-            f"{', '.join(left_out) or 'no run'}: no steady sine: a characteristic needs whole cycles of one, and a force that moves"
+            f"{', '.join(left_out) or 'no run'}: no steady sine: a characteristic needs whole cycles of one, "
+            "and a force that moves"
         )
     speeds, forces = extremes(tests)
     one_current = np.ptp([test.current or 0.0 for test in tests]) < 0.02

@@ -18,11 +18,13 @@ def simulate_run(model: Model, run: Run) -> NDArray[np.float64]:
     Raises
     ------
     DataError
-        when the run lacks the displacement, or a current that the model needs.
+        when the run lacks the displacement, or a current that the model needs, or holds no motion at all.
     """
     name = run.path.name if run.path is not None else run.run_id
     if "displacement" not in run.channels:
         raise DataError(f"{name}: no channel 'displacement': the model is driven by the measured displacement")
+    if run.samples < 2:
+        raise DataError(f"{name}: only {run.samples} sample: a motion has at least 2")
     if model.needs_current and "current" not in run.channels:
         needs = next(e.name for e in model.elements if e.spec.needs_current or is_controlled(e))
         raise DataError(f"{name} has no control current, which '{needs}' needs: record it or leave it out")
