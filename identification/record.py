@@ -27,6 +27,7 @@ _SETTLED = 1.5  # a period is settled when it differs from those after it by no 
 
 _OVERSAMPLED = 16.0  # samples for one cycle at the end of a band that the force has narrowed
 _PASSED = 2.5  # times that end is what its filter lets pass of white noise, from −∞ to ∞
+_OFF_A = 0.004  # the live zero of a current loop: below it nothing was meant
 _AT_REST = 4.0  # times its noise: a velocity below may be none
 _STANDS = 1e-4  # or this share of the highest
 _SOME = 0.02  # share of a record at rest that is worth leaving out
@@ -235,7 +236,7 @@ def _again(motion: Motion, kinematics: Kinematics, settled: int) -> Motion:
 def _free(run: Run, name: str) -> Record:
     x, force, current = run.channels["displacement"], run.channels["force"], run.channels.get("current")
     rate, stride, share = run.sample_rate_hz, 1, 1.0
-    steady = current is None or float(np.ptp(current)) < 0.05 * float(np.max(np.abs(current)))
+    steady = current is None or is_steady(current)
     narrow = band_of_force(x, force, rate) if steady else None
     motion, kinematics = _free_motion(run, narrow)
     sigma, how = _noise_of(x, force, rate, kinematics.bandwidth_hz, steady)
@@ -314,6 +315,16 @@ def _temperature(run: Run) -> Floats:
         return np.full(run.samples, ROOM_TEMPERATURE_DEGC)
     width = max(3, min(int(run.sample_rate_hz), run.samples // 4))
     return np.asarray(uniform_filter1d(raw, width, mode="nearest"))
+
+
+def is_off(current: Floats) -> bool:
+    """Whether no current was meant: all of it is the noise of its sensor."""
+    return float(np.max(np.abs(current))) < _OFF_A
+
+
+def is_steady(current: Floats, share: float = 0.05) -> bool:
+    """Whether a current is off, or stays within a share of its highest value."""
+    return is_off(current) or float(np.ptp(current)) < share * float(np.max(np.abs(current)))
 
 
 def _varies(current: Floats | None) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from identification.errors import DataError
 from identification.fitting.leastsquares import free_parameters
 from identification.physical.model import Model, is_controlled
-from identification.record import Record
+from identification.record import Record, is_off, is_steady
 from rigctl.runfile import Run
 
 _OF_A_SINE = 8  # parameters: two of the first harmonic, and what its few upper harmonics still tell apart
@@ -53,9 +53,9 @@ def _sine(record: Record) -> tuple[float, float, float] | None:
     if power[max(k - 2, 0) : k + 3].sum() < _PURE * power.sum():
         return None
     i = record.motion.i[record.window]
-    if np.ptp(i) > 0.1 * max(float(np.max(np.abs(i))), 1e-12):
+    if not is_steady(i, 0.1):
         return None  # a current that moves shows more than one condition
-    return k / (x.size * record.dt), float(np.sqrt(2.0) * x.std()), float(i.mean())
+    return k / (x.size * record.dt), float(np.sqrt(2.0) * x.std()), 0.0 if is_off(i) else float(i.mean())
 
 
 def _distinct(sines: Sequence[tuple[float, float, float]]) -> int:

@@ -207,6 +207,16 @@ def test_help_comes_soon(tmp_path: Path) -> None:
     assert min(times) < 0.8
 
 
+def test_a_run_of_one_sample_is_refused_before_it_is_simulated(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = read_run(place / "run.h5")
+    short = {name: values[:1] for name, values in run.channels.items()}
+    write_run(place / "short.h5", replace(run, channels=short))
+    arguments = ["simulate", "model.json", "short.h5", "-o", "out.h5"]
+    assert main([str(place / a) if "." in a else a for a in arguments]) == 2
+    assert "short.h5: only 1 sample: a motion has at least 2" in capsys.readouterr().err
+    assert not (place / "out.h5").exists()
+
+
 def test_design_run_fit_simulate_and_score_work_together(place: Path, rig: str) -> None:
     assert damper_rig("design", "random-phase", "good.toml", "-o", "good.h5", cwd=place).returncode == 0
     ended = damper_rig("run", "good.h5", "--rig", rig, "-o", "runs", "--json", cwd=place)

@@ -17,7 +17,7 @@ from identification.physical.modelfile import model_from_json
 from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 from identification.record import Record, record_from_run
-from rigctl.runfile import Run
+from rigctl.runfile import Run, with_channel
 from tests.identification.specimens import run
 
 SIGMA = 2.0
@@ -138,6 +138,15 @@ def test_twelve_free_parameters_on_one_sine_are_refused_by_name() -> None:
     ))  # fmt: skip
     with pytest.raises(DataError, match=r"12 free parameters .*modulated_tanh_hysteresis\.alpha1.* on 1 sine"):
         fit(free, [sine_run()])
+
+
+def test_a_current_that_is_switched_off_is_one_condition_whatever_its_sensor_shows() -> None:
+    model, rng = literature("modified hyperbolic tangent"), np.random.default_rng(1)
+    runs = [sine_run(), sine_run()]
+    runs = [with_channel(r, "current", 5e-4 * rng.standard_normal(r.samples), "A") for r in runs]
+    with pytest.raises(DataError, match=r"free parameters .* on 1 sine:"):
+        fit(model, runs)
+    assert "beside the harmonics" in record_from_run(replace(runs[0], period_samples=0)).route
 
 
 def test_what_cannot_work_is_refused_before_any_work() -> None:
