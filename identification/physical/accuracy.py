@@ -13,6 +13,7 @@ from identification.physical.simulate import simulate
 
 Floats = NDArray[np.float64]
 
+_MOST_PARTS = 64
 _SMOOTH, _EVENTS = 5, 2  # order of the method for a force that is smooth, and for one that jumps or remembers
 
 
@@ -25,15 +26,43 @@ class NumericalError:
     relative: float
 
 
+@dataclass(frozen=True, slots=True)
+class Refined:
+    """Force at the samples of a motion (N,), N, its error over its rms, and the parts each sample was divided into.
+
+    The error may stay above what was asked for: 64 parts are the most.
+    """
+
+    force: Floats
+    relative: float
+    parts: int
+
+
 def numerical_error(model: Model, motion: Motion) -> NumericalError:
     """Error of `simulate(model, motion)` by Richardson's rule from half the step: 2^p/(2^p − 1)·(F_h − F_h/2).
 
     The method is of order p = 5 where the force is smooth; with dry friction, free play or a memory it is of second
     order, and at a stick, an impact or a reversal of first: the estimate is then a third too small.
-    Between samples the motion is the cubic that the solver itself follows.
+    Between samples a periodic motion is its Fourier series, so that near the Nyquist frequency the cubic of the solver
+    is part of the error; another motion is that cubic itself.
     """
-    coarse = simulate(model, replace(motion, settle=0)).force
-    fine = simulate(model, _halved(replace(motion, settle=0))).force[::2]
+    motion = replace(motion, settle=0)
+    return _compared(model, simulate(model, motion).force, simulate(model, _halved(motion)).force[::2])
+
+
+def simulate_within(model: Model, motion: Motion, tolerance: float) -> Refined:
+    """Force with the samples divided until its estimated error is below `tolerance` times its rms."""
+    motion = replace(motion, settle=0)
+    coarse, parts, left = simulate(model, motion).force, 1, np.inf
+    while left > tolerance and parts < _MOST_PARTS:
+        motion, parts = _halved(motion), 2 * parts
+        fine = simulate(model, motion).force[::parts]
+        left, coarse = _compared(model, coarse, fine).relative / 2.0 ** _order(model), fine
+    return Refined(coarse, left, parts)
+
+
+def _compared(model: Model, coarse: Floats, fine: Floats) -> NumericalError:
+    """Error of `coarse` by that of half the step."""
     factor = 2.0 ** _order(model)
     error = (coarse - fine) * factor / (factor - 1.0)
     error[0] = error[1]  # the first sample is a convention, not a step
@@ -51,8 +80,14 @@ def _jumps(e: Element) -> bool:
 
 
 def _halved(motion: Motion) -> Motion:
-    """The motion with a sample between every two, (2 N − 1,): cubic in x, with v and a its derivatives."""
+    """The motion with a sample between every two: of a periodic one the Fourier series, else cubic in x, (2 N − 1,)."""
     dt = motion.dt
+    if motion.period:
+        x, v, a = (np.resize(_doubled(s[: motion.period]), 2 * motion.x.size) for s in (motion.x, motion.v, motion.a))
+        t = motion.t[0] + 0.5 * dt * np.arange(x.size)
+        i = np.append(_between(motion.i, 0.5 * _pairs(motion.i)), motion.i[-1])
+        warm = np.interp(t, motion.t, motion.temperature)
+        return replace(motion, dt=0.5 * dt, x=x, v=v, a=a, i=i, temperature=warm, t=t, period=2 * motion.period)
     return replace(
         motion,
         dt=0.5 * dt,
@@ -64,6 +99,14 @@ def _halved(motion: Motion) -> Motion:
         t=_between(motion.t, 0.5 * _pairs(motion.t)),
         period=0,
     )
+
+
+def _doubled(period: Floats) -> Floats:
+    """One period of a band-limited signal at twice its sample rate."""
+    lines = np.fft.rfft(period)
+    if period.size % 2 == 0:
+        lines[-1] *= 0.5  # the line at the Nyquist frequency was two
+    return np.asarray(2.0 * np.fft.irfft(lines, 2 * period.size))
 
 
 def _pairs(s: Floats) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -215,6 +216,17 @@ def test_a_run_of_one_sample_is_refused_before_it_is_simulated(place: Path, caps
     assert main([str(place / a) if "." in a else a for a in arguments]) == 2
     assert "short.h5: only 1 sample: a motion has at least 2" in capsys.readouterr().err
     assert not (place / "out.h5").exists()
+
+
+def test_a_simulation_says_its_own_error_where_a_tolerance_is_asked_for(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    paths = [str(place / "model.json"), str(place / "run.h5"), "-o", str(place / "out.h5")]
+    assert main(["simulate", *paths, "--tolerance", "1e-6"]) == 0
+    assert re.search(r"out.h5: numerical error \d\.\de-\d\d of the force", capsys.readouterr().out)
+    assert read_run(place / "out.h5").channels["force_simulated"].size == 2000
+    assert main(["simulate", *paths, "--tolerance", "2"]) == 2
+    assert "--tolerance is 2: it must lie between 0 and 1" in capsys.readouterr().err
 
 
 def test_design_run_fit_simulate_and_score_work_together(place: Path, rig: str) -> None:

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from identification.errors import ModelError, SimulationError
+from identification.physical.accuracy import numerical_error, simulate_within
 from identification.physical.model import Element, Model, element
+from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 from tests.identification.test_gradients import extrapolated, freed
 from tests.identification.test_solver import DT, N, T, motion
@@ -109,3 +111,32 @@ def test_a_hysteresis_without_bound_is_refused_by_name_before_any_work() -> None
         simulate(bolted(beta=-4e4), motion())
     with pytest.raises(ModelError, match=r"bouc_wen.gamma is -1 1/m\^n: physically it lies within \[0, inf\]"):
         bolted(gamma=-1.0)
+
+
+def close_to_nyquist(parts: int) -> Motion:
+    """Two periods of a multisine up to 0.8 of the Nyquist frequency of a 750 Hz record, `parts` samples for one."""
+    period, rate = 512 * parts, 750.0 * parts
+    lines = np.arange(3, 205)
+    spectrum = np.zeros(period // 2 + 1, dtype=complex)
+    spectrum[lines] = period * 4e-3 * np.exp(2j * np.pi * np.random.default_rng(4).random(lines.size)) / lines
+    omega = 2j * np.pi * np.fft.rfftfreq(period, 1 / rate)
+    x, v, a = (np.tile(np.fft.irfft(spectrum * omega**k, period), 2) for k in range(3))
+    n = x.size
+    return Motion(dt=1 / rate, x=x, v=v, a=a, i=np.zeros(n), temperature=np.full(n, 25.0), t=np.arange(n) / rate,
+                  period=period)  # fmt: skip
+
+
+@pytest.mark.parametrize("mount", [(), (element("series_dashpot", {"c": 2e4}),)], ids=["bolted", "behind a dashpot"])
+def test_close_to_nyquist_the_estimate_owns_up_and_divided_samples_keep_the_tolerance(mount: tuple[Element]) -> None:
+    wen = element("bouc_wen", {"alpha": 2e5, "A": 1.0, "n": 1.8, "beta": 2e4, "gamma": 3e4})
+    model = Model(name="m", elements=(wen, element("viscous_damping", {"c": 500.0}), *mount))
+    coarse, exact = close_to_nyquist(1), simulate(model, close_to_nyquist(64)).force[::64]
+
+    def off(force: Floats) -> float:
+        return float(np.linalg.norm((force - exact)[50:]) / np.linalg.norm(exact[50:]))
+
+    plain = off(simulate(model, coarse).force)
+    assert 0.7 * plain < numerical_error(model, coarse).relative < 2.0 * plain
+    refined = simulate_within(model, coarse, 0.02 * plain)
+    assert refined.relative <= 0.02 * plain
+    assert off(refined.force) <= 0.02 * plain
