@@ -78,6 +78,7 @@ def _line_noise(spectra: NDArray[np.complex128], rounding: float) -> tuple[Float
         return variance, _draw(variance[None, :])
     stray = spectra - mean
     single = np.sum(np.abs(stray) ** 2, axis=0) / (count - 1)
+    single[0] = single[min(1, lines - 1)]  # a middle that wanders says nothing of the lines beside it
     variance = np.maximum(uniform_filter1d(single, min(17, lines), mode="nearest"), 0.0) / count
     if float(np.mean(single)) < rounding:
         variance = variance + rounding

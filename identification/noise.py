@@ -40,6 +40,18 @@ def between_periods(periods: Floats) -> tuple[float, list[float]]:
     return float(np.sqrt(variance)), peaks
 
 
+def per_line(periods: Floats) -> Floats:
+    """Standard deviation of the amplitude that each line of a channel shows in one period, (N // 2 + 1,), its unit.
+
+    From the P − 1 independent differences of P ≥ 2 periods (P, N) from their mean: white noise of standard deviation σ
+    is σ·√(2/N) on every line but the first and, of an even N, the last (Pintelon & Schoukens, 2012).
+    """
+    spectra = np.fft.rfft(periods, axis=1)
+    stray = spectra - spectra.mean(axis=0)
+    variance = np.sum(np.abs(stray) ** 2, axis=0) / (periods.shape[0] - 1)
+    return np.asarray(np.sqrt(2.0 * variance) / periods.shape[1])
+
+
 def _without_slow_change(periods: Floats) -> Floats:
     """Differences of each period from the mean one, less an offset, a slope and a gain of its own, (P, N).
 
@@ -58,7 +70,7 @@ def _running_median(power: Floats) -> Floats:
     if valid.size == 0:
         return np.zeros_like(power)
     size = min(_TONE_NEIGHBOURS, 2 * (valid.size // 2) + 1)
-    medians = median_filter(power[valid], size=size, mode="nearest")
+    medians = median_filter(power[valid], size=size, mode="mirror")  # an end repeated would be its own median
     return np.interp(np.arange(power.size), valid, medians)
 
 
