@@ -9,7 +9,7 @@ from excitation.plan import Test, test_from_config
 from identification.discrepancy import Explanation, Verdict
 from rigctl.runfile import Run
 
-__all__ = ["SURE", "Round", "autopilot"]
+__all__ = ["SURE", "Round", "autopilot", "settled", "sure"]
 
 SURE = 0.85  # confidence in every name at which no further test is worth its rig time
 
@@ -42,13 +42,32 @@ def autopilot(
     while True:
         found = explain(measured)
         test = _next(found, len(rounds) + 1)
-        ended = _why_to_end(found, test, budget_s - spent)
+        ended = _why_to_end(found, rounds[-1].found if rounds else None, test, budget_s - spent)
         rounds.append(Round(found, len(measured), spent, ended))
         on_round(rounds[-1])
         if ended or test is None:
             return rounds
         measured.append(play(test))
         spent += _seconds(test)
+
+
+def sure(found: Explanation) -> bool:
+    """Whether the gap is explained and no name in doubt."""
+    return found.verdict == Verdict.EXPLAINED and _sure_names(found)
+
+
+def settled(found: Explanation, before: Explanation | None) -> bool:
+    """Whether the names are sure, and either explain the gap or stayed the same through one more test."""
+    same = before is not None and _sure_names(before) and _names(found) == _names(before)
+    return sure(found) or (same and _sure_names(found))
+
+
+def _sure_names(found: Explanation) -> bool:
+    return bool(found.effects) and all(e.confidence >= SURE for e in found.effects)
+
+
+def _names(found: Explanation) -> set[str]:
+    return {e.element for e in found.effects}
 
 
 def _next(found: Explanation, number: int) -> Test | None:
@@ -60,11 +79,13 @@ def _seconds(test: Test) -> float:
     return test.excitation.samples / test.excitation.sample_rate_hz
 
 
-def _why_to_end(found: Explanation, test: Test | None, left_s: float) -> str:
-    if found.verdict == Verdict.NO_DISCREPANCY:
+def _why_to_end(found: Explanation, before: Explanation | None, test: Test | None, left_s: float) -> str:
+    if found.verdict == Verdict.NO_DISCREPANCY and test is None:
         return "the model meets the data"
-    if found.verdict == Verdict.EXPLAINED and all(e.confidence >= SURE for e in found.effects):
+    if sure(found):
         return "every name is sure"
+    if settled(found, before):
+        return "every name is sure, and what stays has none"
     if test is None:
         return "no test within the motion seen so far would tell more"
     if _seconds(test) > left_s:

@@ -75,12 +75,12 @@ def case(seed: int, kind: str, conditions: Conditions = STANDARD) -> Case:
     """
     if kind not in KINDS:
         raise ValueError(f"kind is {kind!r}: it must be one of {', '.join(KINDS)}")
-    rng, scene, secret = deepcopy(_found(seed, kind))
+    rng, scene, secret = deepcopy(drawn(seed, kind))
     return _measured(rng, seed, kind, *_under(conditions, seed, scene, secret))
 
 
 @lru_cache(maxsize=1)  # under one condition after the other
-def _found(seed: int, kind: str) -> tuple[np.random.Generator, Scene, Secret]:
+def drawn(seed: int, kind: str) -> tuple[np.random.Generator, Scene, Secret]:
     """The specimen with what it hides, and the generator that draws the rest."""
     rng = np.random.default_rng([seed, KINDS.index(kind)])
     for wanted in _wishes(rng, seed, kind):

@@ -48,6 +48,7 @@ Progress = Callable[[str, float], None]
 _UTTER = 0.2  # below this confidence a name is no name
 _AMBIGUOUS = 0.9  # below this confidence the next test is worth its rig time
 _HIDDEN = 4.0  # times the energy that closes: a base takes up half of an effect, of more it is the cause itself
+_FEW = 2  # training runs: fewer leave too much unseen to say that nothing is missing
 _NEAR_FLOOR = 0.35  # an excess below this share of the noise can't be told from it run by run
 
 
@@ -169,8 +170,10 @@ def _conclude(
     if verdict == Verdict.NO_DISCREPANCY:
         effects, regions = (), []
     say("designing the next test", 0.95)
-    unsure = verdict == Verdict.UNKNOWN_EFFECT or any(e.confidence < _AMBIGUOUS for e in effects)
-    next_test = propose(found, quiet) if unsure else NextTest()
+    doubts = verdict in (Verdict.UNKNOWN_EFFECT, Verdict.PARTLY_EXPLAINED)
+    doubts = doubts or any(e.confidence < _AMBIGUOUS for e in effects)
+    doubts = doubts or (verdict == Verdict.NO_DISCREPANCY and len(train) < _FEW)
+    next_test = propose(found, quiet) if doubts else NextTest()
     return Explanation(
         verdict=verdict,
         effects=effects,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -23,31 +24,81 @@ from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
 
+_BRIEF_S = 4.0  # of motion: what is shorter still costs as much, for the ramps and the settling
+_SAME = 0.05  # motions that differ less in every respect are one test
+_SHORT_S = 15.0  # of motion: where nothing is suspected, no more is asked for
+
 
 def propose(found: Search, records: Sequence[Record]) -> NextTest:
     """The design, within the motion that the rig has shown, that splits the best two explanations.
 
     Its worth is ‖(I − QQᵀ)(F_a − F_b)‖ over the data there are and the new run, whitened: the difference that no refit
-    of the rival could absorb (T-optimality, Atkinson & Fedorov, 1975).
+    of the rival could absorb (T-optimality, Atkinson & Fedorov, 1975), rms over the run, by the second of motion: what
+    is left is mostly far above the noise, and rig time is what it costs. None is among the records already. A name
+    without a rival is set against the model without it; where nothing was named, the design is the one least like the
+    runs so far.
     """
-    rivals = _rivals(found)
-    if len(rivals) < 2:
-        return NextTest()
-    best, rival = rivals[0], rivals[1]
+    pair = _apart(found)
+    if pair is None:
+        return _explore(records)
+    best, rival, words = pair
     worth = []
-    for config in library(records):
-        try:
-            worth.append((_worth(best.fit.model, rival.fit.model, records, config), config))
-        except SimulationError:
-            continue
+    for config in _unseen(records):
+        with suppress(SimulationError):
+            worth.append((_worth(best, rival, records, config), config))
     if not worth:
-        return NextTest()
-    value, config = max(worth, key=lambda pair: pair[0])
-    titles = f"{CATALOGUE[best.name].title} from {CATALOGUE[rival.name].title}"
+        return _explore(records)
+    rms, config = max(worth, key=lambda w: w[0] / max(_seconds(w[1]), _BRIEF_S))
     return NextTest(
-        text=f"{_words(config)} tells {titles} best: there they differ by {value:.2g} × the noise after any refit",
-        design=config,
+        text=f"{_words(config)} {words}: there they differ by {rms:.2g} × the noise after any refit", design=config
     )
+
+
+def _apart(found: Search) -> tuple[Model, Model, str] | None:
+    """The two models that a test should split, and what it would tell."""
+    rivals = _rivals(found)
+    if len(rivals) > 1:
+        one, other = (CATALOGUE[r.name].title for r in rivals)
+        return rivals[0].fit.model, rivals[1].fit.model, f"tells {one} from {other} best"
+    if not found.names:
+        return None
+    name = found.names[-1]
+    without = found.fit.model.without(name)
+    return found.fit.model, without, f"bears out {CATALOGUE[name].title} best: with it and without"
+
+
+def _explore(records: Sequence[Record]) -> NextTest:
+    """Of the short tests the one least like any run so far in speed, stroke and level of current."""
+    unseen = _unseen(records)
+    designs = [d for d in unseen if _seconds(d) <= _SHORT_S] or unseen
+    if not designs:
+        return NextTest()
+    config = max(designs, key=lambda d: min(_unlike(_imagined(d, records), r) for r in records))
+    return NextTest(text=f"{_words(config)} is least like the runs so far: what they can't show may show there",
+                    design=config)  # fmt: skip
+
+
+def _unseen(records: Sequence[Record]) -> list[Mapping[str, Any]]:
+    """The tests of the library that are not among the records."""
+    return [d for d in library(records) if all(_unlike(_imagined(d, records), r) > _SAME for r in records)]
+
+
+def _unlike(one: Record, other: Record) -> float:
+    """How far two motions lie apart in speed, stroke (logarithms of the rms), peak speed over rms, and mean current."""
+    first, second = (_kind_of_motion(r) for r in (one, other))
+    return float(np.max(np.abs(first - second)))
+
+
+def _kind_of_motion(record: Record) -> Floats:
+    motion, window = record.motion, record.window
+    x, v, i = motion.x[window], motion.v[window], motion.i[window]
+    peak = np.max(np.abs(v)) / np.std(v)
+    return np.array([np.log(np.std(v)), np.log(np.std(x)), np.log(peak), np.mean(i) / max(np.max(np.abs(i)), 1e-12)])
+
+
+def _seconds(config: Mapping[str, Any]) -> float:
+    excitation = test_from_config(dict(config)).excitation
+    return excitation.samples / excitation.sample_rate_hz
 
 
 def _rivals(found: Search) -> list[Trial]:
@@ -91,7 +142,7 @@ def _design(kind: str, rate: float, amplitude: float, frequency: float, level: f
         "sample_rate": rate,
         "amplitude": float(f"{amplitude:.4g}"),
         "frequency": float(f"{frequency:.4g}"),
-        "cycles": int(np.clip(np.ceil(10.0 * frequency), 4, 60)),
+        "cycles": int(np.clip(np.ceil(5.0 * frequency), 4, 60)),
         "settling_cycles": 2,
     }
     if level is not None:
@@ -100,7 +151,7 @@ def _design(kind: str, rate: float, amplitude: float, frequency: float, level: f
 
 
 def _worth(best: Model, rival: Model, records: Sequence[Record], config: Mapping[str, Any]) -> float:
-    """Whitened difference on the new run that a refit of the rival to everything could not absorb, per sample."""
+    """Whitened difference on the new run that a refit of the rival to everything could not absorb, rms."""
     new = _imagined(config, records)
     both = [*records, new]
     free = free_parameters(rival, both)

@@ -37,6 +37,7 @@ _RIVALS = 0.6  # of the promise of the name that is in place: less can't replace
 _AT_NOISE = 0.02  # excess over noise energy at which no other start need be tried
 _ALIKE = 0.05  # share of what an element closes by which its form may miss: two that differ by less are alike
 _ALIKE_WITHIN = 0.075  # the same where the simpler is a case of the richer: Bouc–Wen takes up any friction's form
+_BUILD_UP = 0.02  # the same for how friction builds up, which both forms of friction follow
 _MISSES = 0.3  # or this share of what the best of them leaves, where no form fits well
 _NO_LOOP = 0.02  # hysteresis with less offset of its branches is a plain curve: beside another, that one's correction
 _OPTIONAL = {
@@ -261,7 +262,8 @@ def allowance(best: Trial, other: Trial) -> float:
     """
     form = tolerance(best) + 10.0
     if best.name == "stribeck_friction" and other.name in ("coulomb_friction", "presliding_friction"):
-        return min(form, max(best.excess, 0.0) + _AT_NOISE * best.fit.samples)
+        built_up = _BUILD_UP**2 * min(best.contribution, best.closed)
+        return min(form, max(built_up, max(best.excess, 0.0) + _AT_NOISE * best.fit.samples))
     return form
 
 
