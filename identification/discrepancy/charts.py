@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from identification.discrepancy.explanation import Explanation, Traces
-from identification.physical.elements import CATALOGUE
+from identification.physical.catalogue import CATALOGUE
 
 Floats = NDArray[np.float64]
 

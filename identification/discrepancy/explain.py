@@ -30,14 +30,14 @@ from identification.discrepancy.explanation import (
 from identification.discrepancy.hum import Hum, find_hum, hum_in
 from identification.discrepancy.naming import Search, search
 from identification.discrepancy.nexttest import propose
-from identification.discrepancy.notes import finer, of_runs, tared_apart
+from identification.discrepancy.notes import coarse, finer, of_runs, tared_apart
 from identification.discrepancy.preparation import prepared
 from identification.discrepancy.signatures import tangent
 from identification.discrepancy.where import Region, locate
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records, predict
 from identification.motion_noise import with_motion_noise
-from identification.physical.elements import CATALOGUE
+from identification.physical.catalogue import CATALOGUE
 from identification.physical.model import Element, Model
 from identification.record import Record, compact, noise_without, same_load_cell
 from rigctl.runfile import Run
@@ -189,7 +189,12 @@ def _conclude(
         model=replace(final.model, name=_name(given, names)),
         moves=found.moves,
         traces=tuple(traces),
-        notes=(*of_runs(train, held), *finer(base.model, found.fit.model), *tared_apart(traces)),
+        notes=(
+            *of_runs(train, held),
+            *finer(base.model, found.fit.model),
+            *tared_apart(traces),
+            *coarse(final.model, quiet),
+        ),
     )
 
 

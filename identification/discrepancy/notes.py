@@ -7,10 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from identification.discrepancy.explanation import Traces
+from identification.physical.accuracy import numerical_error
 from identification.physical.model import Model
 from identification.record import Record
 
 _TARED_APART = 0.3  # scatter of the runs' mean residuals over the gap beyond which it deserves a warning
+_COARSE = 0.5  # of the noise: a numerical error beyond it could be taken for an effect
 _STEADY = 0.02  # swing of a current, as a share of it, that moves nothing
 
 
@@ -23,6 +25,18 @@ def finer(base: Model, fitted: Model) -> list[str]:
         for spec, p in zip(e.spec.parameters, e.parameters, strict=True)
         if spec.refinement and not p.fixed and p.value > 0.0
     ]
+
+
+def coarse(model: Model, records: Sequence[Record]) -> list[str]:
+    """A warning for each record on which the solver's own error is not small beside the noise."""
+    notes = []
+    for r in records:
+        error = numerical_error(model, r.motion).force[r.window]
+        rms = float(np.sqrt(np.mean(error**2)))
+        if rms > _COARSE * r.sigma:
+            notes.append(f"{r.name}: one step a sample leaves a numerical error of {rms:.3g} N beside a noise of "
+                         f"{r.sigma:.3g} N; a higher sample rate would lower it")  # fmt: skip
+    return notes
 
 
 def tared_apart(traces: Sequence[Traces]) -> list[str]:

@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 
 from identification.discrepancy import charts
 from identification.discrepancy.explanation import Explanation, Verdict, report_data
-from identification.physical.elements import CATALOGUE
+from identification.physical.catalogue import CATALOGUE
 from identification.physical.modelfile import write_model
 from rigctl.durable import replacing
 
@@ -162,6 +162,7 @@ def _effects_table(e: Explanation) -> str:
         (
             CATALOGUE[f.element].title,
             f.path,
+            CATALOGUE[f.element].equation,
             f"{100 * f.confidence:.0f} %",
             _main_value(f.parameters),
             f"{f.gap_before:.3g} → {f.gap_after:.3g} N",
@@ -169,7 +170,7 @@ def _effects_table(e: Explanation) -> str:
         )
         for f in e.effects
     ]
-    return _table(("effect", "path", "confidence", "parameters", "gap", "could also be"), rows)
+    return _table(("effect", "path", "equation", "confidence", "parameters", "gap", "could also be"), rows)
 
 
 def _where_list(e: Explanation) -> str:

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import ModelError
-from identification.physical.elements import CATALOGUE, PATHS, ElementSpec, Path
+from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import PATHS, ElementSpec, Path
 
 CONTROL_GAINS = ("c_control", "alpha_control", "f_y_control", "F_t_control", "alpha1", "delta1")
 """Parameters that act through the current: zero, or out of a fit's reach, where there is none."""

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from identification.errors import ModelError
-from identification.physical.elements import CATALOGUE
+from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import ElementSpec
 from identification.physical.model import Model, element
 from identification.physical.modelfile import model_from_json, model_to_json, read_model, write_model
 
@@ -74,3 +76,9 @@ def test_a_file_that_is_no_json_names_the_place(tmp_path: Path) -> None:
     path.write_text(json.dumps(good())[:-5], encoding="utf-8")
     with pytest.raises(ModelError, match=r"model.json: line 1, column \d+: no JSON"):
         read_model(path)
+
+
+@pytest.mark.parametrize("spec", CATALOGUE.values(), ids=lambda spec: spec.name)
+def test_the_equation_of_an_element_speaks_of_each_of_its_parameters(spec: ElementSpec) -> None:
+    words = set(re.findall(r"\w+", spec.equation.replace("²", " ").replace("³", " ")))
+    assert {p.name for p in spec.parameters if not p.refinement} <= words

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from identification.discrepancy import Verdict, explain, report_data, write_report
+from identification.discrepancy.notes import coarse
 from identification.errors import DataError
 from identification.fitting import fit
 from identification.measures import score_signals
@@ -68,6 +69,14 @@ def test_a_load_cell_that_was_tared_between_the_runs_is_told() -> None:
     found = explain(BASE, [replace(train[0], channels=channels), *train[1:]], held)
     assert any("tared" in note for note in found.notes)
     assert not any("tared" in note for note in explain(BASE, train, held).notes)
+
+
+def test_a_numerical_error_that_could_be_taken_for_an_effect_is_told() -> None:
+    record = record_from_run(campaign("none", seed=3)[0][0])
+    loose = BASE.with_element(element("free_play", {"gap": 1e-3}))
+    assert coarse(BASE, [record]) == []
+    [note] = coarse(loose, [replace(record, sigma=1e-3 * record.sigma)])
+    assert "one step a sample leaves a numerical error" in note
 
 
 def test_a_run_without_the_simulation_that_is_asked_for_is_refused() -> None:
