@@ -18,6 +18,9 @@ _STANDS_OUT = 30.0  # power over the local level: by chance less than one line i
 _MATERIAL = 0.003  # of rms force: less matters to nobody
 _CYCLES = 5.0  # in the shortest run: slower, a tone is an offset or a drift
 _BLOCKS = 256  # into which a record is summed: what lies within some 30 lines of the centre stays as it is
+_BLIND = 0.1  # of a tone: a record that keeps less of it can't tell it from the motion's own harmonics
+_LINES_AWAY = 2.0  # lines between a tone and a harmonic of a sine that is known to a line
+_ONE_SINE = 0.9  # of a motion's power in one line
 _SAME_AMPLITUDE = 0.35  # scatter over the runs beyond which it is no property of the channel
 
 
@@ -38,23 +41,77 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
     """The strongest common tone in the residuals (one (M,) array per record, N), or None."""
     nyquist = min(0.5 / r.dt for r in records)
     wanted = {f for r in records for f in r.tones_hz} | {f for f in _SUPPLIES_HZ if f < 0.95 * nyquist}
-    residuals = [e - np.mean(e) for e in residuals]
+    residuals, sights = [_changing(e, r) for e, r in zip(residuals, records, strict=True)], [_sight(r) for r in records]
     slowest = _CYCLES / min(e.size * r.dt for e, r in zip(residuals, records, strict=True))
     force = np.concatenate([r.measured for r in records])
     least = _MATERIAL * float(np.sqrt(2.0 * np.mean(force**2)))
     best: Hum | None = None
     for coarse in wanted:
         near = [_Near(e, r.motion.t[r.window], coarse) for e, r in zip(residuals, records, strict=True)]
-        frequency = _refine(coarse, near, records)
-        if frequency < slowest:
+        frequency = _refine(coarse, near, sights)
+        left = np.array([s.left(frequency) for s in sights])
+        if frequency < slowest or not np.any(left > _BLIND):
             continue
-        amplitudes, ratios = zip(*(n.tone(frequency) for n in near), strict=True)
+        amplitudes, ratios = (np.array(q)[left > _BLIND] for q in zip(*(n.tone(frequency) for n in near), strict=True))
+        amplitudes /= left[left > _BLIND]
         middle = float(np.median(amplitudes))
         scatter = float(np.std(amplitudes)) / max(middle, 1e-300)
-        seen = np.mean(np.array(ratios) > _STANDS_OUT)
+        seen = np.mean(ratios > _STANDS_OUT)
         if middle > least and seen >= 0.75 and scatter < _SAME_AMPLITUDE and (best is None or middle > best.amplitude):
             best = Hum(frequency, middle, scatter)
     return best
+
+
+def _changing(residual: Floats, record: Record) -> Floats:
+    """The residual less its mean, and less what every period of the motion repeats: that is no tone of its own."""
+    period = record.period
+    if not period or residual.size < 2 * period:
+        return residual - np.mean(residual)
+    periods = residual.reshape(-1, period)
+    return np.asarray((periods - periods.mean(axis=0)).ravel())
+
+
+@dataclass(frozen=True, slots=True)
+class _Sight:
+    """What a record can tell of a tone."""
+
+    samples: int
+    period: int
+    dt: float
+    sigma: float
+    fundamental: float | None  # Hz, of a motion without periods that is one sine
+
+    def left(self, frequency: float) -> float:
+        """Share of a tone's amplitude that `_changing` leaves of it; none of one that a sine's harmonics may hide.
+
+        A tone e^{iωt} has the mean period D·e^{iωt}, D = Σ e^{iωTk}/P over the P periods T: 1 − |D|² of it is left.
+        """
+        if self.period:
+            turn = 2.0 * np.pi * frequency * self.period * self.dt * np.arange(self.samples // self.period)
+            return 1.0 - float(np.abs(np.mean(np.exp(1j * turn))) ** 2)
+        if self.fundamental is None:
+            return 1.0
+        harmonic = round(frequency / self.fundamental)
+        away = abs(frequency - harmonic * self.fundamental) * self.samples * self.dt
+        return 0.0 if away < _LINES_AWAY and harmonic > 0 else 1.0
+
+
+def _sight(record: Record) -> _Sight:
+    samples = record.measured.size
+    period = record.period if samples >= 2 * record.period else 0
+    fundamental = None if record.period else _fundamental(record)
+    return _Sight(samples, period, record.dt, record.sigma, fundamental)
+
+
+def _fundamental(record: Record) -> float | None:
+    """Frequency of a motion that is one sine, Hz, between the lines by the parabola through its peak, else None."""
+    x = record.motion.x[record.window]
+    power = np.abs(np.fft.rfft((x - np.mean(x)) * np.hanning(x.size))) ** 2
+    k = int(np.argmax(power[1:-1])) + 1
+    if np.sum(power[max(k - 2, 0) : k + 3]) < _ONE_SINE * np.sum(power):
+        return None
+    below, peak, above = np.log(np.maximum(power[k - 1 : k + 2], 1e-300))
+    return float(k + 0.5 * (below - above) / (below - 2.0 * peak + above)) / (x.size * record.dt)
 
 
 def hum_in(record: Record, residual: Floats, hum: Hum) -> Floats:
@@ -90,12 +147,15 @@ class _Near:
         return amplitude, amplitude**2 / max(float(np.median(beside**2)) / np.log(2.0), 1e-300)
 
 
-def _refine(coarse: float, near: Sequence[_Near], records: Sequence[Record]) -> float:
+def _refine(coarse: float, near: Sequence[_Near], sights: Sequence[_Sight]) -> float:
     """Frequency of the largest common power within a line's width of `coarse`, Hz."""
     width = max(n.width for n in near)
     frequency = coarse
     for span in (width, 0.2 * width, 0.04 * width):
         grid = frequency + np.linspace(-span, span, 11)
-        power = sum(n.amplitudes(grid) ** 2 * (n.samples / r.sigma**2) for n, r in zip(near, records, strict=True))
+        power = sum(
+            n.amplitudes(grid) ** 2 * (n.samples / s.sigma**2) / np.maximum([s.left(f) for f in grid], _BLIND)
+            for n, s in zip(near, sights, strict=True)
+        )
         frequency = float(grid[int(np.argmax(power))])
     return frequency

@@ -1,0 +1,53 @@
+"""Mains hum is what no motion repeats: a harmonic of the motion itself is none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification.discrepancy.hum import find_hum
+from identification.record import Record, record_from_run
+from rigctl.runfile import Run
+
+SAMPLES, RATE_HZ = 12_000, 1000.0
+
+
+def a_record(*, period: int, sine_hz: float = 2.5) -> Record:
+    """A sine in displacement under a force of 100 N; `period` 0 is a run that does not say that it has one."""
+    t = np.arange(SAMPLES) / RATE_HZ
+    turn = 2 * np.pi * sine_hz * t
+    noise = np.random.default_rng(1).normal(0.0, 0.5, t.size)
+    record = record_from_run(
+        Run(
+            run_id="sine", created="2026-11-21T00:00:00+00:00", specimen="", sample_rate_hz=RATE_HZ,
+            period_samples=period, excitation_kind="sine", status="complete",
+            channels={"displacement": 0.02 * np.sin(turn), "force": 100.0 * np.cos(turn) + noise},
+            units={"displacement": "m", "force": "N"},
+        )
+    )  # fmt: skip
+    return replace(record, period=period)
+
+
+def a_residual(record: Record, frequency_hz: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    t = record.motion.t[record.window]
+    noise = np.random.default_rng(2).normal(0.0, 0.5, t.size)
+    return np.asarray(5.0 * np.sin(2 * np.pi * frequency_hz * t + 1.0) + noise)
+
+
+@pytest.mark.parametrize("period", [2000, 0])
+@pytest.mark.parametrize("harmonic_hz", [50.0, 60.0])
+def test_a_harmonic_of_the_motion_is_no_hum(period: int, harmonic_hz: float) -> None:
+    record = a_record(period=period)
+    assert find_hum([a_residual(record, harmonic_hz)], [record]) is None
+
+
+@pytest.mark.parametrize(("period", "frequency_hz"), [(2000, 49.98), (2000, 60.1), (0, 51.1), (0, 400.9)])
+def test_a_tone_beside_the_harmonics_is_found_with_its_amplitude(period: int, frequency_hz: float) -> None:
+    record = a_record(period=period)
+    record = replace(record, tones_hz=(frequency_hz + 0.02,))
+    hum = find_hum([a_residual(record, frequency_hz)], [record])
+    assert hum is not None
+    assert hum.frequency_hz == pytest.approx(frequency_hz, abs=0.01)
+    assert hum.amplitude == pytest.approx(5.0, rel=0.1)
