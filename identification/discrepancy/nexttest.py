@@ -23,8 +23,10 @@ from identification.record import Record, compact, record_from_run
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
+Imagined = tuple[Mapping[str, Any], Record]  # a design and the record that its run would give
 
 _BRIEF_S = 4.0  # of motion: what is shorter still costs as much, for the ramps and the settling
+_LONG_S = 60.0  # of motion: no single test may ask for more
 _SAME = 0.05  # motions that differ less in every respect are one test
 _SHORT_S = 15.0  # of motion: where nothing is suspected, no more is asked for
 
@@ -40,14 +42,15 @@ def propose(found: Search, records: Sequence[Record]) -> NextTest:
     """
     pair = _apart(found)
     if pair is None:
-        return _explore(records)
+        return _explore(_unseen(records), records)
     best, rival, words = pair
     worth = []
-    for config in _unseen(records):
+    unseen = _unseen(records)
+    for config, new in unseen:
         with suppress(SimulationError):
-            worth.append((_worth(best, rival, records, config), config))
+            worth.append((_worth(best, rival, records, new), config))
     if not worth:
-        return _explore(records)
+        return _explore(unseen, records)
     rms, config = max(worth, key=lambda w: w[0] / max(_seconds(w[1]), _BRIEF_S))
     return NextTest(
         text=f"{_words(config)} {words}: there they differ by {rms:.2g} × the noise after any refit", design=config
@@ -67,20 +70,21 @@ def _apart(found: Search) -> tuple[Model, Model, str] | None:
     return found.fit.model, without, f"bears out {CATALOGUE[name].title} best: with it and without"
 
 
-def _explore(records: Sequence[Record]) -> NextTest:
+def _explore(unseen: Sequence[Imagined], records: Sequence[Record]) -> NextTest:
     """Of the short tests the one least like any run so far in speed, stroke and level of current."""
-    unseen = _unseen(records)
-    designs = [d for d in unseen if _seconds(d) <= _SHORT_S] or unseen
+    designs = [d for d in unseen if _seconds(d[0]) <= _SHORT_S] or list(unseen)
     if not designs:
         return NextTest()
-    config = max(designs, key=lambda d: min(_unlike(_imagined(d, records), r) for r in records))
+    config, _ = max(designs, key=lambda d: min(_unlike(d[1], r) for r in records))
     return NextTest(text=f"{_words(config)} is least like the runs so far: what they can't show may show there",
                     design=config)  # fmt: skip
 
 
-def _unseen(records: Sequence[Record]) -> list[Mapping[str, Any]]:
-    """The tests of the library that are not among the records."""
-    return [d for d in library(records) if all(_unlike(_imagined(d, records), r) > _SAME for r in records)]
+def _unseen(records: Sequence[Record]) -> list[Imagined]:
+    """The tests of the library that are not among the records, each with the record that it would give."""
+    designs = [d for d in library(records) if _seconds(d) <= _LONG_S]
+    imagined = [(d, _imagined(d, records)) for d in designs]
+    return [(d, new) for d, new in imagined if all(_unlike(new, r) > _SAME for r in records)]
 
 
 def _unlike(one: Record, other: Record) -> float:
@@ -150,9 +154,8 @@ def _design(kind: str, rate: float, amplitude: float, frequency: float, level: f
     return config
 
 
-def _worth(best: Model, rival: Model, records: Sequence[Record], config: Mapping[str, Any]) -> float:
+def _worth(best: Model, rival: Model, records: Sequence[Record], new: Record) -> float:
     """Whitened difference on the new run that a refit of the rival to everything could not absorb, rms."""
-    new = _imagined(config, records)
     both = [*records, new]
     free = free_parameters(rival, both)
     here = evaluate(rival, both, free)

@@ -23,7 +23,8 @@ Floats = NDArray[np.float64]
 RIGID_STIFFNESS = 3.0e7  # N/m: a worn joint without a bush meets steel
 RIGID_DAMPING = 3.0e3  # N·s/m
 _SAME_TEMPERATURE_K = 0.05  # a body this steady is at one temperature: fade is some 0.5 % per kelvin
-_SETTLED = 1e-9  # of the force: a second period that differs less from the first has forgotten the start
+_SETTLED = 1e-4  # of the force: a period that ends as near to the one before has forgotten the start
+_MOST_PERIODS = 5  # until a motion repeats; a memory that holds on for longer is a matter of how the run began
 _REVERSAL_SUBSTEPS = 4
 _PLAY_SUBSTEPS = 16  # a rigid contact rings at some kHz; all of its error sits in the samples of an impact
 _NEED_AMPLITUDE = (Code.MODULATED_TANH, Code.SIGMOID)
@@ -88,17 +89,16 @@ def _check_bounded(model: Model) -> None:
 
 
 def _steady_damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Response:
-    """Response of mount and core; a periodic motion is simulated until it settles, then its last period repeats."""
+    """Response of mount and core; a periodic motion is simulated until it repeats, then its last period does."""
     drifts = model.has("temperature_fade") and np.ptp(motion.temperature) > _SAME_TEMPERATURE_K
-    settle = motion.settle if _remembers(model) else 0
-    samples = (settle + 1) * motion.period
-    if motion.settle == 0 or samples >= motion.x.size or drifts:
+    if motion.settle == 0 or drifts:
         return _damper(model, motion, gradient, substeps)
-    if settle > 1:
-        short = _damper(model, _head(model, motion, 2 * motion.period), gradient, substeps)
-        if _repeats(short.force, motion.period):
-            return _tiled(short, motion)
-    return _tiled(_damper(model, _head(model, motion, samples), gradient, substeps), motion)
+    if not _remembers(model):
+        return _tiled(_damper(model, _periods(model, motion, 1), gradient, substeps), motion)
+    response = _damper(model, _periods(model, motion, 2), gradient, substeps)
+    if not _repeats(response.force, motion.period):
+        response = _damper(model, _periods(model, motion, _MOST_PERIODS), gradient, substeps)
+    return _tiled(response, motion)
 
 
 def _remembers(model: Model) -> bool:
@@ -107,24 +107,27 @@ def _remembers(model: Model) -> bool:
     return lags or bool(model.on("mount")) or any(e.spec.memory for e in model.on("core"))
 
 
-def _head(model: Model, motion: Motion, samples: int) -> Motion:
-    head = motion.head(samples)
+def _periods(model: Model, motion: Motion, count: int) -> Motion:
+    """So many periods of the motion, at one temperature."""
+    some = motion.periods(count)
     if model.has("temperature_fade"):
-        head = replace(head, temperature=np.full(samples, float(np.mean(motion.temperature))))
-    return head
+        some = replace(some, temperature=np.full(some.x.size, float(np.mean(motion.temperature))))
+    return some
 
 
 def _repeats(force: Floats, period: int) -> bool:
-    """Whether the later half of a second period is that of the first: nothing remembers the start any more."""
-    first, second = force[period // 2 : period], force[period + period // 2 : 2 * period]
-    return bool(np.max(np.abs(second - first)) <= _SETTLED * np.max(np.abs(first), initial=0.0))
+    """Whether the last period ends as the one before it did: then the next is like it."""
+    before, last = force[-2 * period : -period], force[-period:]
+    late = slice(period // 2, None)
+    return bool(np.max(np.abs(last[late] - before[late])) <= _SETTLED * np.max(np.abs(last), initial=0.0))
 
 
 def _tiled(response: Response, motion: Motion) -> Response:
-    """The response with its last period repeated up to the length of the motion."""
-    samples = response.force.size
+    """The response along the whole motion: the transient as far as it was simulated, then its last period."""
+    period, samples = motion.period, response.force.size
     index = np.arange(motion.x.size)
-    index = np.where(index < samples, index, samples - motion.period + (index - samples) % motion.period)
+    early = min(motion.settle * period, samples - period)
+    index = np.where(index < early, index, samples - period + index % period)
     full = None if response.gradient is None else response.gradient[index]
     return Response(response.force[index], full, response.failures)
 
