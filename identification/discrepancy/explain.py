@@ -45,7 +45,9 @@ from rigctl.runfile import Run
 Floats = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
-_UTTER = 0.2  # below this confidence a name is no name
+_UTTER = (
+    0.4  # below this confidence a name is no name: of those between it and a half, about half are right, below it none
+)
 _AMBIGUOUS = 0.9  # below this confidence the next test is worth its rig time
 _HIDDEN = 4.0  # times the energy that closes: a base takes up half of an effect, of more it is the cause itself
 _FEW = 2  # training runs: fewer leave too much unseen to say that nothing is missing
