@@ -25,6 +25,7 @@ from rigctl.runfile import Run
 Floats = NDArray[np.float64]
 Imagined = tuple[Mapping[str, Any], Record]  # a design and the record that its run would give
 
+_TELLS = 0.1  # of the noise: two models that differ less on a test are the same there
 _BRIEF_S = 4.0  # of motion: what is shorter still costs as much, for the ramps and the settling
 _LONG_S = 60.0  # of motion: no single test may ask for more
 _SAME = 0.05  # motions that differ less in every respect are one test
@@ -51,9 +52,13 @@ def propose(found: Search, records: Sequence[Record]) -> NextTest:
             worth.append((_worth(best, rival, records, new), config))
     if not worth:
         return _explore(unseen, records)
+    if max(value for value, _ in worth) < _TELLS:
+        return NextTest(
+            text=f"no test within the motion seen so far {words.split(':')[0]}: repeat the run that showed it"
+        )
     rms, config = max(worth, key=lambda w: w[0] / max(_seconds(w[1]), _BRIEF_S))
     return NextTest(
-        text=f"{_words(config)} {words}: there they differ by {rms:.2g} × the noise after any refit", design=config
+        text=f"{_words(config)} {words}; there they differ by {rms:.2g} × the noise after any refit", design=config
     )
 
 
@@ -62,12 +67,12 @@ def _apart(found: Search) -> tuple[Model, Model, str] | None:
     rivals = _rivals(found)
     if len(rivals) > 1:
         one, other = (CATALOGUE[r.name].title for r in rivals)
-        return rivals[0].fit.model, rivals[1].fit.model, f"tells {one} from {other} best"
+        return rivals[0].fit.model, rivals[1].fit.model, f"tells {one} from {other}"
     if not found.names:
         return None
     name = found.names[-1]
     without = found.fit.model.without(name)
-    return found.fit.model, without, f"bears out {CATALOGUE[name].title} best: with it and without"
+    return found.fit.model, without, f"bears out {CATALOGUE[name].title}: with it and without"
 
 
 def _explore(unseen: Sequence[Imagined], records: Sequence[Record]) -> NextTest:
