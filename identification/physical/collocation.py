@@ -33,6 +33,7 @@ _WEIGHTS = np.array(
     ]
 )
 _AHEAD = np.vander(1.0 + _NODES, 3) @ np.linalg.inv(np.vander(_NODES, 3))  # the parabola through three rates, a step on
+_RUNAWAY = 1e14  # times the tolerance of a velocity: a root ten times beyond the highest of the motion is another one
 _ITERATIONS = 30
 X, V = 0, 1  # columns of the stages
 
@@ -183,9 +184,10 @@ def collocate(program, mount, mount_column, motion, i, sub, state, du, sens, de,
             r = (r[0] + d0, r[1] + d1, r[2] + d2)
             # Newton squares its error: what is within 1e-7 now is at round-off after this step.
             ready = (
-                abs(d0) <= 1e-7 * abs(w[0] - d0) + tolerance
-                and abs(d1) <= 1e-7 * abs(w[1] - d1) + tolerance
-                and abs(d2) <= 1e-7 * abs(w[2] - d2) + tolerance
+                abs(d0) < 1e-7 * abs(w[0] - d0) + tolerance
+                and abs(d1) < 1e-7 * abs(w[1] - d1) + tolerance
+                and abs(d2) < 1e-7 * abs(w[2] - d2) + tolerance
+                and abs(r[0]) + abs(r[1]) + abs(r[2]) < _RUNAWAY * tolerance
             )
     if ready:
         rate[0], rate[1], rate[2] = r
