@@ -240,3 +240,23 @@ def test_the_periods_of_a_settled_run_are_those_of_a_long_one(dropped: int) -> N
     last, steady = (simulate(model, m).force[-period:] for m in (run, long))
     assert np.max(np.abs(last - steady)) < 1e-3 * np.max(np.abs(steady))
     assert np.max(np.abs(simulate(model, long).force[period : 2 * period] - steady)) > 0.01 * np.max(np.abs(steady))
+
+
+def test_a_curve_that_falls_beyond_the_speeds_of_the_motion_does_not_draw_the_core_there() -> None:
+    """An asymmetry outgrows a saturated valve at some m/s: the equation of a step has a second root, far off."""
+    valve = {"c_soft": 706.5, "c_firm": 2870, "u_soft": 0.3, "u_firm": 1.6, "w_knee": 0.05496}
+    loop = {"alpha": 20.78, "alpha_control": 0.0, "beta": 149.3, "delta": 0.6714}
+    core = (
+        element("valve_damping", valve),
+        element("tanh_hysteresis", loop),
+        element("damping_asymmetry", {"c_a": 205}),
+    )
+    t, turn, speed = np.arange(120) * DT, 4 * np.pi / 2.05, 0.0637
+    x, v = speed / turn * np.sin(turn * t), speed * np.cos(turn * t)
+    still = np.full(t.size, 1.2)
+    inputs = Motion(dt=DT, x=x, v=v, a=-(turn**2) * x, i=still, temperature=still, t=t)
+    mounted, bolted = (
+        simulate(Model(name="m", elements=elements), inputs).force
+        for elements in ((element("series_compliance", {"k": 6.62e5, "c": 0.0}), *core), core)
+    )
+    assert np.max(np.abs(mounted)) < 1.05 * np.max(np.abs(bolted))
