@@ -13,7 +13,7 @@ from scipy.optimize import differential_evolution
 
 from benchmarks.hidden.case import case
 from identification.errors import ModelError, SimulationError
-from identification.fitting import fit, leastsquares
+from identification.fitting import fit
 from identification.fitting.frogs import frog_leaping
 from identification.fitting.leastsquares import fit_records, predict
 from identification.fitting.multistart import starts
@@ -150,22 +150,14 @@ def _evolution(model: Model, record: Record, low: Floats, high: Floats, budget: 
 
 def _starts(model: Model, record: Record, low: Floats, high: Floats, budget: int, seed: int) -> float:
     """As many starts as the budget allows; a simulation with its gradient counts as two."""
-    best, used, plain = np.inf, 0, leastsquares.evaluate
-
-    def counted(*arguments: object) -> leastsquares.Evaluation:
-        nonlocal used
+    best, used = np.inf, 0
+    for start in starts(model, model.free(), 200, spread=30.0, seed=seed)[1:]:
         used += 2
-        return plain(*arguments)  # type: ignore[arg-type]
-
-    leastsquares.evaluate = counted
-    try:
-        for start in starts(model, model.free(), 200, spread=30.0, seed=seed)[1:]:
-            with suppress(SimulationError):
-                best = min(best, fit_records(start, [record], max_iterations=25).rms)
-            if used >= budget:
-                break
-    finally:
-        leastsquares.evaluate = plain
+        with suppress(SimulationError):  # of the first evaluation alone
+            found = fit_records(start, [record], max_iterations=25)
+            best, used = min(best, found.rms), used + 2 * (found.evaluations - 1)
+        if used >= budget:
+            break
     return best
 
 

@@ -6,14 +6,12 @@ Outcomes are appended to DIR/outcomes.jsonl as they come; what is there already 
 from __future__ import annotations
 
 import argparse
-import json
 import os
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
 from pathlib import Path
 
 from benchmarks.explain.judge import Outcome, judge
+from benchmarks.explain.outcomes import collect, read
 from benchmarks.explain.summary import right, summary, write_picture
 from benchmarks.hidden import KINDS
 
@@ -34,28 +32,11 @@ def wanted(texts: Sequence[str]) -> list[tuple[str, int]]:
     return [(kind, seed) for _, kind, seed in sorted(placed)]
 
 
-def read(path: Path) -> list[Outcome]:
-    """Outcomes so far; a last line that an interruption cut short is left out."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return [json.loads(line) for line in lines if line.endswith("}")]
-
-
-def run(todo: Sequence[tuple[str, int]], path: Path, workers: int) -> None:
-    """Judge the cases in parallel, each outcome a line of `path`."""
-    with (
-        ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool,
-        path.open("a", encoding="utf-8") as file,
-    ):
-        waiting = [pool.submit(judge, kind, seed) for kind, seed in todo]
-        for number, done in enumerate(as_completed(waiting), 1):
-            outcome = done.result()
-            file.write(json.dumps(outcome) + "\n")
-            file.flush()
-            said = ", ".join(outcome.get("names", {})) or outcome.get("verdict", outcome.get("error"))
-            mark = "   " if right(outcome) else "✗  "
-            true = ", ".join(outcome["true"]) or "nothing of the catalogue"
-            print(f"{mark}{number}/{len(todo)} {outcome['kind']} {outcome['seed']}: {true} → {said} "
-                  f"({outcome.get('seconds', 0.0):.1f} s)", flush=True)  # fmt: skip
+def in_a_line(o: Outcome) -> str:
+    """What was hidden, what the workflow said, and a cross where that is not right."""
+    said = ", ".join(o.get("names", {})) or o.get("verdict", o.get("error"))
+    true = ", ".join(o["true"]) or "nothing of the catalogue"
+    return f"{'   ' if right(o) else '✗  '}{o['kind']} {o['seed']}: {true} → {said} ({o.get('seconds', 0.0):.1f} s)"
 
 
 def main() -> None:
@@ -64,11 +45,10 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("bench-explain"))
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     arguments = parser.parse_args()
-    arguments.output.mkdir(parents=True, exist_ok=True)
     path = arguments.output / "outcomes.jsonl"
     cases = wanted(arguments.cases)
     done = {(o["kind"], o["seed"]) for o in read(path)}
-    run([c for c in cases if c not in done], path, arguments.workers)
+    collect(judge, [c for c in cases if c not in done], path, arguments.workers, in_a_line)
     outcomes = [o for o in read(path) if (o["kind"], o["seed"]) in set(cases)]
     print(summary(outcomes))
     write_picture(outcomes, arguments.output / "naming.html")

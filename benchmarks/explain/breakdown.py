@@ -7,10 +7,7 @@ DIR/breakdown.jsonl as they come, seed by seed; what is there already is not run
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +15,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from benchmarks.explain.judge import Outcome, judge
+from benchmarks.explain.outcomes import collect, read
 from benchmarks.explain.summary import CONFIDENT, right
 from benchmarks.hidden import STANDARD, Conditions, OutOfReach
 
@@ -35,12 +33,6 @@ CURVES: dict[str, tuple[str, dict[float, Conditions]]] = {
 _COLOURS = {"right": "#1d7a45", "wrong": "#b3261e"}
 
 
-def read(path: Path) -> list[Outcome]:
-    """Outcomes so far; a last line that an interruption cut short is left out."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return [json.loads(line) for line in lines if line.endswith("}")]
-
-
 def points_left(seed: int, done: Sequence[Outcome]) -> list[tuple[str, float]]:
     known = {(o["curve"], o["at"]) for o in done if o["seed"] == seed}
     return [(curve, at) for curve, (_, points) in CURVES.items() for at in points if (curve, at) not in known]
@@ -54,18 +46,9 @@ def judged(seed: int, curve: str, at: float) -> Outcome:
         return {"curve": curve, "at": at, "seed": seed, "true": [], "skipped": str(error)}
 
 
-def run(seeds: range, path: Path, workers: int) -> None:
-    """Judge what is left of every seed, each outcome a line of `path`."""
-    done = read(path)
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool, path.open("a", encoding="utf-8") as out:
-        waiting = [pool.submit(judged, seed, *point) for seed in seeds for point in points_left(seed, done)]
-        for number, one in enumerate(as_completed(waiting), 1):
-            outcome = one.result()
-            out.write(json.dumps(outcome) + "\n")
-            out.flush()
-            said = ", ".join(outcome.get("names", {})) or outcome.get("verdict") or outcome.get("error", "skipped")
-            print(f"{number}/{len(waiting)} {outcome['curve']} {outcome['at']:g}, seed {outcome['seed']}: "
-                  f"{', '.join(outcome['true'])} → {said}", flush=True)  # fmt: skip
+def in_a_line(o: Outcome) -> str:
+    said = ", ".join(o.get("names", {})) or o.get("verdict") or o.get("error", "skipped")
+    return f"{o['curve']} {o['at']:g}, seed {o['seed']}: {', '.join(o['true'])} → {said}"
 
 
 def at_point(outcomes: Sequence[Outcome], curve: str, at: float) -> list[Outcome]:
@@ -130,11 +113,12 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("bench-explain"))
     parser.add_argument("--workers", type=int, default=1)
     arguments = parser.parse_args()
-    arguments.output.mkdir(parents=True, exist_ok=True)
     path = arguments.output / "breakdown.jsonl"
-    first, end = (int(n) for n in arguments.seeds.split(":"))
-    run(range(first, end), path, arguments.workers)
-    outcomes = [o for o in read(path) if o["seed"] in range(first, end)]
+    seeds = range(*(int(n) for n in arguments.seeds.split(":")))
+    done = read(path)
+    todo = [(seed, *point) for seed in seeds for point in points_left(seed, done)]
+    collect(judged, todo, path, arguments.workers, in_a_line)
+    outcomes = [o for o in read(path) if o["seed"] in seeds]
     print(table(outcomes))
     page = arguments.output / "breakdown.html"
     picture(outcomes).write_html(page, include_plotlyjs=True, config={"displayModeBar": False})

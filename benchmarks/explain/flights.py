@@ -1,24 +1,23 @@
 """Rig time of the autopilot beside that of a fixed plan: `python -m benchmarks.explain.flights -o DIR`.
 
 Both begin with the same first run, a multisine of the machine's whole envelope. The fixed plan goes on with the other
-runs of the campaign that every case has, 16 to 20 s each, in their order. Each ends when the verdict is `explained` and
-every name is as sure as the autopilot wants it; what counts is the motion after the first run, and whether the names
-are right. Outcomes are appended to DIR/flights.jsonl as they come; what is there already is not flown again.
+runs of the campaign that every case has, 16 to 20 s each, in their order. Each ends by the autopilot's own rule: every
+name is sure, and they explain the gap or stayed the same through one more test. What counts is the motion after the
+first run, and whether the names are right. Outcomes are appended to DIR/flights.jsonl as they come; what is there
+already is not flown again.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 
 from api.autopilot import autopilot, settled
 from benchmarks.explain.judge import Outcome
+from benchmarks.explain.outcomes import collect, read
 from benchmarks.hidden import Bench, bench
 from excitation.plan import Test
 from identification.discrepancy import Explanation, explain
@@ -110,11 +109,6 @@ def in_a_line(o: Outcome) -> str:
     )
 
 
-def read(path: Path) -> list[Outcome]:
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return [json.loads(line) for line in lines if line.endswith("}")]
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.explain.flights", description=__doc__)
     parser.add_argument("--seeds", default="9500:9540", help="FIRST:END of the specimens")
@@ -122,20 +116,11 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("bench-explain"))
     parser.add_argument("--workers", type=int, default=2)
     arguments = parser.parse_args()
-    arguments.output.mkdir(parents=True, exist_ok=True)
     path = arguments.output / "flights.jsonl"
     seeds = range(*(int(text) for text in arguments.seeds.split(":")))
     done = {(o["kind"], o["seed"]) for o in read(path)}
-    with (
-        ProcessPoolExecutor(arguments.workers, mp_context=get_context("spawn")) as pool,
-        path.open("a", encoding="utf-8") as file,
-    ):
-        waiting = [pool.submit(flown, arguments.kind, s) for s in seeds if (arguments.kind, s) not in done]
-        for ended in as_completed(waiting):
-            o = ended.result()
-            file.write(json.dumps(o) + "\n")
-            file.flush()
-            print(in_a_line(o), flush=True)
+    todo = [(arguments.kind, seed) for seed in seeds if (arguments.kind, seed) not in done]
+    collect(flown, todo, path, arguments.workers, in_a_line)
     print(summary([o for o in read(path) if o["kind"] == arguments.kind and o["seed"] in seeds]))
 
 

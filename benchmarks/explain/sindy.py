@@ -10,7 +10,6 @@ to DIR/sindy.jsonl, and what is there already is not run again.
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -18,8 +17,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.explain.__main__ import read, wanted
+from benchmarks.explain.__main__ import wanted
 from benchmarks.explain.judge import Outcome, judge
+from benchmarks.explain.outcomes import collect, read
 from benchmarks.explain.summary import CONFIDENT
 from benchmarks.explain.terms import library
 from benchmarks.hidden import case
@@ -150,23 +150,21 @@ def _row(title: str, cells: Sequence[str]) -> str:
     return f"{title:<60}"[:60] + "".join(f"{cell:>14}" for cell in cells)
 
 
+def in_a_line(o: Outcome) -> str:
+    """What was hidden, and what each of both said."""
+    ours = ", ".join(o.get("names", {})) or o.get("verdict", o.get("error"))
+    return f"{o['kind']} {o['seed']}: {', '.join(o['true'])} → {ours} | SINDy: {', '.join(_sindy('plain', o))}"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.explain.sindy", description=__doc__)
     parser.add_argument("cases", nargs="*", default=list(CASES), help="KIND:FIRST:END")
     parser.add_argument("-o", "--output", type=Path, default=Path("bench-explain"))
     arguments = parser.parse_args()
-    arguments.output.mkdir(parents=True, exist_ok=True)
     path = arguments.output / "sindy.jsonl"
-    cases = list(wanted(arguments.cases))
+    cases = wanted(arguments.cases)
     done = {(o["kind"], o["seed"]) for o in read(path)}
-    with path.open("a", encoding="utf-8") as file:
-        for kind, seed in (c for c in cases if c not in done):
-            outcome = compared(kind, seed)
-            file.write(json.dumps(outcome) + "\n")
-            file.flush()
-            ours = ", ".join(outcome.get("names", {})) or outcome.get("verdict", outcome.get("error"))
-            sparse_names = ", ".join(_sindy("plain", outcome))
-            print(f"{kind} {seed}: {', '.join(outcome['true'])} → {ours} | SINDy: {sparse_names}", flush=True)
+    collect(compared, [c for c in cases if c not in done], path, 1, in_a_line)
     print(table([o for o in read(path) if (o["kind"], o["seed"]) in set(cases)]))
 
 

@@ -44,6 +44,7 @@ class Fit:
     covariance: Floats
     jacobian_gram: Floats
     iterations: int
+    evaluations: int  # of the force and its gradient, on all records
     converged: bool
     reason: str
 
@@ -175,7 +176,7 @@ def fit_records(
     low, high = (b[free] for b in model.bounds())
     current = evaluate(model, records, free)
     cost = _cost(current, weights, robust)
-    damping, quiet, reason, converged, iteration = 1e-3, 0, "the iteration limit was reached", False, 0
+    damping, quiet, reason, converged, iteration, evaluations = 1e-3, 0, "the iteration limit was reached", False, 0, 1
     solve = partial(_bounded_step, low=low, high=high)
     while iteration < max_iterations and not converged:
         iteration += 1
@@ -187,6 +188,7 @@ def fit_records(
                 break
             trial = theta.copy()
             trial[free] = np.clip(theta[free] + step, low, high)  # the sum may round past a bound
+            evaluations += 1
             try:
                 candidate = evaluate(model.with_values(trial), records, free)
                 new = _cost(candidate, weights, robust)
@@ -207,7 +209,8 @@ def fit_records(
             on_step(iteration, cost)
     if converged:
         reason = "no step lowers the misfit any further"
-    return _result(model.with_values(theta), current, weights, robust, free, iteration, converged, reason)
+    counts = (iteration, evaluations)
+    return _result(model.with_values(theta), current, weights, robust, free, counts, converged, reason)
 
 
 def _cost(evaluation: Evaluation, weights: Sequence[float], robust: float | None = None) -> float:
@@ -254,7 +257,7 @@ def _result(
     weights: Sequence[float],
     robust: float | None,
     free: NDArray[np.bool_],
-    iterations: int,
+    counts: tuple[int, int],
     converged: bool,
     reason: str,
 ) -> Fit:
@@ -274,7 +277,8 @@ def _result(
         samples=samples,
         covariance=covariance,
         jacobian_gram=gram,
-        iterations=iterations,
+        iterations=counts[0],
+        evaluations=counts[1],
         converged=converged,
         reason=reason,
     )
