@@ -27,7 +27,9 @@ _SETTLED = 1.5  # a period is settled when it differs from those after it by no 
 
 _OVERSAMPLED = 16.0  # samples for one cycle at the end of a band that the force has narrowed
 _PASSED = 2.5  # times that end is what its filter lets pass of white noise, from −∞ to ∞
-_OFF_A = 0.004  # the live zero of a current loop: below it nothing was meant
+_ROUGH = (
+    1.5  # mean square of a signal's steps over its variance: 2 of white noise, next to nothing of what is sampled well
+)
 _AT_REST = 4.0  # times its noise: a velocity below may be none
 _STANDS = 1e-4  # or this share of the highest
 _SOME = 0.02  # share of a record at rest that is worth leaving out
@@ -318,13 +320,18 @@ def _temperature(run: Run) -> Floats:
 
 
 def is_off(current: Floats) -> bool:
-    """Whether no current was meant: all of it is the noise of its sensor."""
-    return float(np.max(np.abs(current))) < _OFF_A
+    """Whether no current was meant: all of it is the noise of its sensor about zero."""
+    return _is_noise(current) and abs(float(np.mean(current))) <= float(np.std(current))
 
 
 def is_steady(current: Floats, share: float = 0.05) -> bool:
-    """Whether a current is off, or stays within a share of its highest value."""
-    return is_off(current) or float(np.ptp(current)) < share * float(np.max(np.abs(current)))
+    """Whether a current is one value and the noise of its sensor, or stays within a share of its highest value."""
+    return _is_noise(current) or float(np.ptp(current)) < share * float(np.max(np.abs(current)))
+
+
+def _is_noise(signal: Floats) -> bool:
+    """Whether a signal swings no slower than white noise does, whatever its size and unit (von Neumann 1941)."""
+    return float(np.mean(np.diff(signal) ** 2)) >= _ROUGH * float(np.var(signal))
 
 
 def _varies(current: Floats | None) -> bool:

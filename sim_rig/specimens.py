@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sim_rig.parameters import ARCTAN, BILINEAR, HYPERBOLIC, VALVE, Damper
 from sim_rig.sensors import Noise
@@ -141,7 +141,8 @@ MR_DISTORTION = Specimen(
     force_rms_n=500.0,
     current_a=(0.0, 1.0),
 )
-MR_SEAT = Specimen(
+MR_SEAT = replace(
+    MR,
     name="mr-seat",
     text="magneto-rheological seat damper whose loop depends on current and on how fast it lately went",
     damper=MR.damper._replace(
@@ -159,10 +160,6 @@ MR_SEAT = Specimen(
         preload=-88.79,
         peak_time=1.5,
     ),
-    stroke_m=0.02,
-    speed_m_s=0.4,
-    force_rms_n=550.0,
-    current_a=(0.0, 1.0),
 )
 SPECIMENS: Mapping[str, Specimen] = {
     specimen.name: specimen for specimen in (SEMI_ACTIVE, PASSIVE, YAW, RAILWAY, MR, MR_DISTORTION, MR_SEAT)

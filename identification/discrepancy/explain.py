@@ -45,11 +45,9 @@ from rigctl.runfile import Run
 Floats = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
-_UTTER = (
-    0.4  # below this confidence a name is no name: of those between it and a half, about half are right, below it none
-)
+_UTTER = 0.4  # below this confidence a name is no name: of the few that were ever stated below it none was right
 _AMBIGUOUS = 0.9  # below this confidence the next test is worth its rig time
-_HIDDEN = 4.0  # times the energy that closes: a base takes up half of an effect, of more it is the cause itself
+_HIDDEN = 4.0  # times the energy that a name closes: of its force at most half may have hidden in the base
 _FEW = 2  # training runs: fewer leave too much unseen to say that nothing is missing
 _NEAR_FLOOR = 0.35  # an excess below this share of the noise can't be told from it run by run
 
@@ -172,10 +170,7 @@ def _conclude(
     if verdict == Verdict.NO_DISCREPANCY:
         effects, regions = (), []
     say("designing the next test", 0.95)
-    doubts = verdict in (Verdict.UNKNOWN_EFFECT, Verdict.PARTLY_EXPLAINED)
-    doubts = doubts or any(e.confidence < _AMBIGUOUS for e in effects)
-    doubts = doubts or (verdict == Verdict.NO_DISCREPANCY and len(train) < _FEW)
-    next_test = propose(found, quiet) if doubts else NextTest()
+    next_test = propose(found, quiet) if _in_doubt(verdict, effects, len(train)) else NextTest()
     return Explanation(
         verdict=verdict,
         effects=effects,
@@ -198,6 +193,13 @@ def _conclude(
             *coarse(final.model, quiet),
         ),
     )
+
+
+def _in_doubt(verdict: Verdict, effects: Sequence[Effect], runs: int) -> bool:
+    """Whether a further test is worth its rig time."""
+    if verdict == Verdict.NO_DISCREPANCY:
+        return runs < _FEW
+    return verdict != Verdict.EXPLAINED or any(e.confidence < _AMBIGUOUS for e in effects)
 
 
 def _trace(record: Record, given: Model, base: Model, final: Model, *, held_out: bool) -> Traces:

@@ -41,7 +41,8 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
     """The strongest common tone in the residuals (one (M,) array per record, N), or None."""
     nyquist = min(0.5 / r.dt for r in records)
     wanted = {f for r in records for f in r.tones_hz} | {f for f in _SUPPLIES_HZ if f < 0.95 * nyquist}
-    residuals, sights = [_changing(e, r) for e, r in zip(residuals, records, strict=True)], [_sight(r) for r in records]
+    residuals = [_changing(e, r) for e, r in zip(residuals, records, strict=True)]
+    sights = [_sight(r) for r in records]
     slowest = _CYCLES / min(e.size * r.dt for e, r in zip(residuals, records, strict=True))
     force = np.concatenate([r.measured for r in records])
     least = _MATERIAL * float(np.sqrt(2.0 * np.mean(force**2)))
@@ -79,7 +80,7 @@ class _Sight:
     period: int
     dt: float
     sigma: float
-    fundamental: float | None  # Hz, of a motion without periods that is one sine
+    fundamental: float | None  # Hz, of a motion that is one sine and has no two periods to compare
 
     def left(self, frequency: float) -> float:
         """Share of a tone's amplitude that `_changing` leaves of it; none of one that a sine's harmonics may hide.
@@ -99,8 +100,7 @@ class _Sight:
 def _sight(record: Record) -> _Sight:
     samples = record.measured.size
     period = record.period if samples >= 2 * record.period else 0
-    fundamental = None if record.period else _fundamental(record)
-    return _Sight(samples, period, record.dt, record.sigma, fundamental)
+    return _Sight(samples, period, record.dt, record.sigma, None if period else _fundamental(record))
 
 
 def _fundamental(record: Record) -> float | None:
@@ -108,7 +108,7 @@ def _fundamental(record: Record) -> float | None:
     x = record.motion.x[record.window]
     power = np.abs(np.fft.rfft((x - np.mean(x)) * np.hanning(x.size))) ** 2
     k = int(np.argmax(power[1:-1])) + 1
-    if np.sum(power[max(k - 2, 0) : k + 3]) < _ONE_SINE * np.sum(power):
+    if np.sum(power[max(k - 2, 0) : k + 3]) <= _ONE_SINE * np.sum(power):
         return None
     below, peak, above = np.log(np.maximum(power[k - 1 : k + 2], 1e-300))
     return float(k + 0.5 * (below - above) / (below - 2.0 * peak + above)) / (x.size * record.dt)

@@ -37,9 +37,9 @@ def propose(found: Search, records: Sequence[Record]) -> NextTest:
 
     Its worth is ‖(I − QQᵀ)(F_a − F_b)‖ over the data there are and the new run, whitened: the difference that no refit
     of the rival could absorb (T-optimality, Atkinson & Fedorov, 1975), rms over the run, by the second of motion: what
-    is left is mostly far above the noise, and rig time is what it costs. None is among the records already. A name
-    without a rival is set against the model without it; where nothing was named, the design is the one least like the
-    runs so far.
+    is left is mostly far above the noise, and rig time is what it costs. None is among the records that were fitted;
+    one that was kept back may be asked for again. A name without a rival is set against the model without it; where
+    nothing was named, the design is the one least like the runs so far.
     """
     pair = _apart(found)
     if pair is None:
@@ -53,12 +53,11 @@ def propose(found: Search, records: Sequence[Record]) -> NextTest:
     if not worth:
         return _explore(unseen, records)
     if max(value for value, _ in worth) < _TELLS:
-        return NextTest(
-            text=f"no test within the motion seen so far {words.split(':')[0]}: repeat the run that showed it"
-        )
+        return NextTest(text=f"no test within the motion seen so far {words}: repeat the run that showed it")
     rms, config = max(worth, key=lambda w: w[0] / max(_seconds(w[1]), _BRIEF_S))
     return NextTest(
-        text=f"{_words(config)} {words}; there they differ by {rms:.2g} × the noise after any refit", design=config
+        text=f"{_words(config)} {words}: there the two models differ by {rms:.2g} × the noise after any refit",
+        design=config,
     )
 
 
@@ -72,7 +71,7 @@ def _apart(found: Search) -> tuple[Model, Model, str] | None:
         return None
     name = found.names[-1]
     without = found.fit.model.without(name)
-    return found.fit.model, without, f"bears out {CATALOGUE[name].title}: with it and without"
+    return found.fit.model, without, f"bears out {CATALOGUE[name].title}"
 
 
 def _explore(unseen: Sequence[Imagined], records: Sequence[Record]) -> NextTest:
@@ -102,7 +101,7 @@ def _kind_of_motion(record: Record) -> Floats:
     motion, window = record.motion, record.window
     x, v, i = motion.x[window], motion.v[window], motion.i[window]
     peak = np.max(np.abs(v)) / np.std(v)
-    return np.array([np.log(np.std(v)), np.log(np.std(x)), np.log(peak), np.mean(i) / max(np.max(np.abs(i)), 1e-12)])
+    return np.array([np.log(np.std(v)), np.log(np.std(x)), np.log(peak), np.mean(i) / max(np.max(np.abs(i)), 1e-300)])
 
 
 def _seconds(config: Mapping[str, Any]) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from identification.discrepancy.explanation import Traces
+from identification.errors import SimulationError
 from identification.physical.accuracy import numerical_error
 from identification.physical.model import Model
 from identification.record import Record
@@ -28,14 +29,20 @@ def finer(base: Model, fitted: Model) -> list[str]:
 
 
 def coarse(model: Model, records: Sequence[Record]) -> list[str]:
-    """A warning for each record on which the solver's own error is not small beside the noise."""
+    """A warning for each record on which the solver's own error is not small beside the noise, or can't be told."""
     notes = []
     for r in records:
-        error = numerical_error(model, r.motion).force[r.window]
+        try:
+            error = numerical_error(model, r.motion).force[r.window]
+        except SimulationError as failed:
+            notes.append(f"{r.name}: the numerical error can't be told, half a step fails: {failed}")
+            continue
         rms = float(np.sqrt(np.mean(error**2)))
         if rms > _COARSE * r.sigma:
-            notes.append(f"{r.name}: one step a sample leaves a numerical error of {rms:.3g} N beside a noise of "
-                         f"{r.sigma:.3g} N; a higher sample rate would lower it")  # fmt: skip
+            notes.append(
+                f"{r.name}: one step a sample leaves a numerical error of {rms:.3g} N beside a noise of "
+                f"{r.sigma:.3g} N; a higher sample rate would lower it"
+            )
     return notes
 
 

@@ -1,15 +1,18 @@
 """The catalogue: every element a model may hold, in one table.
 
-Each row says the path, the equation, the parameters with their units and physical bounds, the code under which the
-compiled kernels know the element, and the words in which people read of it.
+Each row says the path, the equation, the parameters with their units and physical bounds, their first values from the
+data, the code under which the compiled kernels know the element's force and gradient, and the words in which people
+read of it.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
 from identification.physical.elements import Code, ElementSpec, ParameterSpec
+from identification.physical.starts import STARTS
 
 
 def _p(
@@ -355,5 +358,5 @@ _ROWS: Final = (
     ),
 )
 
-CATALOGUE: Final[dict[str, ElementSpec]] = {row.name: row for row in _ROWS}
+CATALOGUE: Final[dict[str, ElementSpec]] = {row.name: replace(row, starts=STARTS.get(row.name)) for row in _ROWS}
 """Every element by its name."""

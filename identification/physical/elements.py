@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
+
+if TYPE_CHECKING:
+    from identification.scales import Scales
+
+Values = Mapping[str, float]
+Starts = Callable[["Scales"], Sequence[Values]]
 
 Path = Literal["mount", "control", "core", "sensor"]
 PATHS: Final[tuple[Path, ...]] = ("mount", "control", "core", "sensor")
@@ -81,6 +88,7 @@ class ElementSpec:
     needs_current: bool = False
     modifier: bool = False
     memory: bool = False
+    starts: Starts | None = None  # first values from the scales of the data; a model of the literature brings its own
     nameable: bool = True  # whether the naming workflow may add it by itself; models of the literature are chosen
 
     def index(self, parameter: str) -> int:

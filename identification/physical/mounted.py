@@ -6,9 +6,9 @@ The unknown is the extension of the mount e = x − z, and each step solves
 
 by the Radau IIA of `collocation.py` where the core is smooth, explicitly (`explicit.py`) where it is a Bouc–Wen
 hysteresis behind a dashpot, else by the two-stage L-stable SDIRK2 of Alexander (1977), γ = 1 − 1/√2, whose equation has
-one unknown that can be bracketed. Only the small extension is discretised,
-never the motion itself, so that a stiff mount costs no accuracy. Dry friction is solved as the inclusion it is: first
-the question whether the joint sticks, then a smooth monotone equation on the side on which it slips.
+one unknown that can be bracketed. Only the small extension is discretised, never the motion itself, so that a stiff
+mount costs no accuracy. Dry friction is solved as the inclusion it is: first the question whether the joint sticks,
+then a smooth monotone equation on the side on which it slips.
 
 Sensitivities follow from the implicit function theorem on the discrete equations, so they are the gradient of what is
 computed rather than of what was meant.

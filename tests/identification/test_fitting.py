@@ -16,7 +16,7 @@ from identification.physical.model import Model, element
 from identification.physical.modelfile import model_from_json
 from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
-from identification.record import Record, record_from_run
+from identification.record import Record, is_off, is_steady, record_from_run
 from rigctl.runfile import Run, with_channel
 from tests.identification.specimens import run
 
@@ -140,13 +140,22 @@ def test_twelve_free_parameters_on_one_sine_are_refused_by_name() -> None:
         fit(free, [sine_run()])
 
 
-def test_a_current_that_is_switched_off_is_one_condition_whatever_its_sensor_shows() -> None:
+@pytest.mark.parametrize("noise_a", [5e-7, 5e-4, 0.5])
+def test_a_current_that_is_switched_off_is_one_condition_whatever_its_sensor_shows(noise_a: float) -> None:
     model, rng = literature("modified hyperbolic tangent"), np.random.default_rng(1)
     runs = [sine_run(), sine_run()]
-    runs = [with_channel(r, "current", 5e-4 * rng.standard_normal(r.samples), "A") for r in runs]
+    runs = [with_channel(r, "current", noise_a * rng.standard_normal(r.samples), "A") for r in runs]
     with pytest.raises(DataError, match=r"free parameters .* on 1 sine:"):
         fit(model, runs)
     assert "beside the harmonics" in record_from_run(replace(runs[0], period_samples=0)).route
+
+
+@pytest.mark.parametrize("swing_a", [1e-6, 1.0])
+def test_a_current_that_swings_is_not_steady_however_small(swing_a: float) -> None:
+    swing = swing_a * np.sin(np.arange(2000) / 50.0)
+    assert not is_steady(swing)
+    assert is_steady(swing + 100.0 * swing_a)
+    assert not is_off(swing + 100.0 * swing_a)
 
 
 def test_what_cannot_work_is_refused_before_any_work() -> None:

@@ -36,7 +36,7 @@ def a_residual(record: Record, frequency_hz: float) -> np.ndarray[tuple[int], np
     return np.asarray(5.0 * np.sin(2 * np.pi * frequency_hz * t + 1.0) + noise)
 
 
-@pytest.mark.parametrize("period", [2000, 0])
+@pytest.mark.parametrize("period", [2000, 8000, 0])  # five of them, one, none
 @pytest.mark.parametrize("harmonic_hz", [50.0, 60.0])
 def test_a_harmonic_of_the_motion_is_no_hum(period: int, harmonic_hz: float) -> None:
     record = a_record(period=period)
