@@ -16,6 +16,7 @@ FORM_TOLERANCE = 0.06
 """How far a real effect's curve strays from the canonical one, as a share of its own contribution: the spread between
 published forms of the same effect (three forms each of friction, gas spring, valve knee and hysteresis lie within)."""
 
+_HIDDEN = 4.0  # times the energy that names close: of their force at most half may have hidden in the base
 _UNSURE = 0.3  # of the noise that a model makes of the displacement's: what its size is not known to
 _MATERIAL = 0.003  # of rms force: what matters to nobody is no discrepancy
 
@@ -51,3 +52,13 @@ def contribution(model: Model, name: str, records: Sequence[Record]) -> float:
             force = force - predict(model.without(name), r)[0]
         total += float(np.dot(force, force)) / r.sigma**2
     return total
+
+
+def misshapen(model: Model, names: Sequence[str], records: Sequence[Record], closed: float) -> float:
+    """Whitened energy that the names may leave because a real effect's curve strays from its canonical form.
+
+    A share of the force of each, but of no more of it than `closed`, the energy that they take off the gap, bears out:
+    the rest only trades places with the base.
+    """
+    most = _HIDDEN * max(closed, 0.0)
+    return sum(FORM_TOLERANCE**2 * min(contribution(model, name, records), most) for name in names)

@@ -13,9 +13,9 @@ from identification.discrepancy.equation import describe
 from identification.discrepancy.evidence import ONE_RUN, TWO_RUNS, Evidence, gather
 from identification.discrepancy.excess import (
     FORM_TOLERANCE,
-    contribution,
     excess_of,
     material_excess,
+    misshapen,
     significant_excess,
 )
 from identification.discrepancy.explanation import (
@@ -47,7 +47,6 @@ Progress = Callable[[str, float], None]
 
 _UTTER = 0.4  # below this confidence a name is no name: of the few that were ever stated below it none was right
 _AMBIGUOUS = 0.9  # below this confidence the next test is worth its rig time
-_HIDDEN = 4.0  # times the energy that a name closes: of its force at most half may have hidden in the base
 _FEW = 2  # training runs: fewer leave too much unseen to say that nothing is missing
 _NEAR_FLOOR = 0.35  # an excess below this share of the noise can't be told from it run by run
 
@@ -210,8 +209,7 @@ def _trace(record: Record, given: Model, base: Model, final: Model, *, held_out:
 def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> bool:
     """Whether something repeatable stays that neither noise nor the form of what was named can answer for."""
     samples = sum(r.measured.size for r in records)
-    most = _HIDDEN * max(found.base_excess - found.excess, 0.0)
-    form = sum(FORM_TOLERANCE**2 * min(contribution(found.fit.model, n, records), most) for n in found.names)
+    form = misshapen(found.fit.model, found.names, records, found.base_excess - found.excess)
     if hum is not None:
         form += FORM_TOLERANCE**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
     floor = max(material_excess(records), significant_excess(records), _NEAR_FLOOR**2 * samples)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
@@ -13,9 +13,11 @@ from identification.discrepancy.excess import (
     contribution,
     excess_of,
     material_excess,
+    misshapen,
     significant_excess,
 )
 from identification.discrepancy.trials import (
+    DRY_FRICTIONS,
     FIT_ITERATIONS,
     FLAT,
     FULFILS,
@@ -36,6 +38,7 @@ from identification.record import Record
 _CLOSES = 0.4  # an element that stands alone must close this share of the excess that is left
 _EXPLAINED = 0.1  # share of the base's excess that several names together may leave
 _MAX_EFFECTS = 4
+_MOST_MOVES = 12  # names that still come and go then are not there
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,16 +76,29 @@ def search(
     state = sure = Search(fit=base, names=(), excess=start, given=given, base_excess=start)
     while len(state.names) < _MAX_EFFECTS and _worth_more(state, records):
         say(f"{len(state.names)} named so far, the gap is {_over_noise(state):.1f} × the noise of a mean period")
-        alone = state.excess < _EXPLAINED * excess_of(base)  # of a gap that is all but closed no part is worth little
-        before, grown = state, _add(state, records, at_least=_CLOSES if alone else HELPS)
-        if grown is None:
+        before, grown = state, _grown(state, records)
+        if grown is None or len(grown.moves) > _MOST_MOVES:
             break
-        state = _refine(grown, records)
-        if len(state.names) > 1:
-            state = _settle(state, records)
+        state = grown
         if sure is before and state.excess < (1.0 - _CLOSES) * before.excess:
             sure = state
-    return state if state.excess < _EXPLAINED * excess_of(base) else sure
+    return state if state.excess < _EXPLAINED * start else sure
+
+
+def _grown(state: Search, records: Sequence[Record]) -> Search | None:
+    """The state with one more name, where one pays; two dry frictions in one machine are one, of another form."""
+    grown = _added(state, records)
+    twice = grown is not None and len(DRY_FRICTIONS.intersection(grown.names)) > 1
+    return _added(state, records, but=DRY_FRICTIONS) if twice else grown
+
+
+def _added(state: Search, records: Sequence[Record], but: Collection[str] = ()) -> Search | None:
+    alone = state.excess < _EXPLAINED * state.base_excess  # of a gap that is all but closed no part is worth little
+    grown = _add(state, records, _CLOSES if alone else HELPS, but)
+    if grown is None:
+        return None
+    grown = _refine(grown, records)
+    return _settle(grown, records) if len(grown.names) > 1 else grown
 
 
 def _refine(state: Search, records: Sequence[Record]) -> Search:
@@ -99,13 +115,13 @@ def _over_noise(state: Search) -> float:
 
 def _worth_more(state: Search, records: Sequence[Record]) -> bool:
     """Whether what is left is real, matters, and is more than the form of what was named can answer for."""
-    form = sum(FORM_TOLERANCE**2 * contribution(state.fit.model, name, records) for name in state.names)
+    form = misshapen(state.fit.model, state.names, records, state.base_excess - state.excess)
     floor = max(material_excess(records), significant_excess(records))
     return state.excess > floor + form
 
 
-def _add(state: Search, records: Sequence[Record], at_least: float) -> Search | None:
-    found = trials(state.fit, _given(state), records, least=FULFILS * at_least)
+def _add(state: Search, records: Sequence[Record], at_least: float, but: Collection[str]) -> Search | None:
+    found = trials(state.fit, _given(state), records, least=FULFILS * at_least, but=but)
     chosen = choose(found)
     if chosen is None:
         return None
@@ -155,6 +171,8 @@ def _settle(state: Search, records: Sequence[Record]) -> Search:
             )  # fmt: skip
             continue
         found = trials(rest, _given(state).without(name), records, incumbent=name)
+        for own in (t for t in found if t.name == name and t.excess < state.excess - 10.0):  # the fit had stuck
+            state = replace(state, fit=own.fit, excess=own.excess)
         best = choose(found)
         if best is not None and best.name != name and _replaces(best, name, found, state):
             move = Move(

@@ -70,14 +70,13 @@ def orthonormal(columns: Floats) -> Floats:
 def signature(model: Model, trial: Element, records: Sequence[Record], at: Tangent) -> Signature:
     """Share of the residual that the trial, in its best strength and nearby shape, would explain."""
     grown = model.with_element(trial)
-    free = free_parameters(grown, records)
-    own = np.array([e is trial for e, _ in grown.slots()])
+    own = free_parameters(grown, records) & np.array([e is trial for e, _ in grown.slots()])
     columns = []
     try:
         for record, base, weight in zip(records, at.base, at.weights, strict=True):
-            force, gradient = predict(grown, record, gradient=True)
+            force, gradient = predict(grown, record, gradient=own)
             assert gradient is not None
-            columns.append(weight * np.column_stack([force - base, gradient[:, own & free]]))
+            columns.append(weight * np.column_stack([force - base, gradient]))
     except SimulationError:
         return Signature(trial, 0.0, 0.0)
     stacked = np.concatenate(columns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -23,6 +23,7 @@ FULFILS = 0.5  # of its promise: a sprint that closes less has stuck
 FIT_ITERATIONS = 14
 FLAT = 3e-4  # of the misfit: an iteration that gains less decides nothing
 CURVES = ("arctan_damping", "piecewise_linear_damping", "valve_damping", "tanh_hysteresis", "bouc_wen")
+DRY_FRICTIONS = frozenset({"coulomb_friction", "stribeck_friction", "presliding_friction"})
 _SHORTLIST = 6
 _A_FEW, _MOST = 2, 0.6  # records that a sprint looks at, at least, and the share of the gap that they hold
 _SPRINT = 5  # iterations after which a candidate far behind the best is given up
@@ -64,15 +65,21 @@ class Trial:
 
 
 def trials(
-    start: Fit, given: Model, records: Sequence[Record], *, incumbent: str | None = None, least: float = 0.0
+    start: Fit,
+    given: Model,
+    records: Sequence[Record],
+    *,
+    incumbent: str | None = None,
+    least: float = 0.0,
+    but: Collection[str] = (),
 ) -> list[Trial]:
     """The shortlist: elements whose signatures explain most of the residual, each inserted and fitted.
 
     All run a few iterations on the records that tell most; those that are then far behind run no further. With an
     `incumbent`, only what promises nearly as much as that name does is tried: nothing, when it leads alone. What
-    promises less than the share `least` of the residual is left out.
+    promises less than the share `least` of the residual is left out, and so are the names in `but`.
     """
-    top = [(n, s) for n, s in _shortlist(start, records) if s[0][0] >= least]
+    top = [(n, s) for n, s in _shortlist(start, records, but) if s[0][0] >= least]
     if incumbent is not None:
         bar = _RIVALS * max((s[0][0] for n, s in top if n == incumbent), default=0.0)
         top = [(n, s) for n, s in top if s[0][0] >= bar]
@@ -123,10 +130,13 @@ def _grown(
     return denied if _merit(best)[0] else _trial(best, denied.name, start, records, denied.screened)
 
 
-def _shortlist(start: Fit, records: Sequence[Record]) -> list[tuple[str, list[tuple[float, Element]]]]:
+def _shortlist(
+    start: Fit, records: Sequence[Record], but: Collection[str]
+) -> list[tuple[str, list[tuple[float, Element]]]]:
     model, scales = start.model, scales_of(records, _gap(start, records))
     at = tangent(model, records)
-    found = screen(model, [g for n in admissible(model, records, scales) for g in guesses(n, scales)], records, at)
+    names = [n for n in admissible(model, records, scales) if n not in but]
+    found = screen(model, [g for n in names for g in guesses(n, scales)], records, at)
     best: dict[str, list[tuple[float, Element]]] = {}
     for s in found:
         if s.share > 0.0:

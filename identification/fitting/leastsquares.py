@@ -20,6 +20,7 @@ from identification.physical.simulate import simulate, without_hum
 from identification.record import Record
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 _SHRINK = 5.0  # a parameter that must stay above zero may lose at most this factor in a step
 _DAMPINGS = 10
@@ -57,8 +58,8 @@ class Evaluation:
     gradients: tuple[Floats, ...]
 
 
-def predict(model: Model, record: Record, *, gradient: bool = False) -> tuple[Floats, Floats | None]:
-    """Simulated force in the record's window, (M,), N, and, where asked, its gradient (M, P).
+def predict(model: Model, record: Record, *, gradient: bool | Mask = False) -> tuple[Floats, Floats | None]:
+    """Simulated force in the record's window, (M,), N, and, where asked, its gradient (M, P); see `simulate`.
 
     A model on top of another program's simulation adds to that. Mains hum has a phase of its own in every run: it is
     set to the one that fits this record best. So is what the current before the run left in a magnetic circuit with
@@ -121,7 +122,7 @@ def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(_WORKERS, thread_name_prefix="evaluate")
 
 
-def evaluate(model: Model, records: Sequence[Record], free: NDArray[np.bool_]) -> Evaluation:
+def evaluate(model: Model, records: Sequence[Record], free: Mask) -> Evaluation:
     """Residuals (M,), N, and gradients of the force (M, K) for every record, computed in parallel.
 
     Raises
@@ -131,9 +132,8 @@ def evaluate(model: Model, records: Sequence[Record], free: NDArray[np.bool_]) -
     """
 
     def one(record: Record) -> tuple[Floats, Floats]:
-        force, gradient = predict(model, record, gradient=True)
+        force, gradient = predict(model, record, gradient=free)
         assert gradient is not None
-        gradient = gradient[:, free]
         if not np.max(np.abs(gradient), initial=0.0) < _RUNAWAY:
             raise SimulationError(f"'{model.name}' runs away on {record.name}: its gradient overflows")
         return record.measured - force, gradient
@@ -142,7 +142,7 @@ def evaluate(model: Model, records: Sequence[Record], free: NDArray[np.bool_]) -
     return Evaluation(tuple(r for r, _ in pairs), tuple(g for _, g in pairs))
 
 
-def free_parameters(model: Model, records: Sequence[Record]) -> NDArray[np.bool_]:
+def free_parameters(model: Model, records: Sequence[Record]) -> Mask:
     """Which parameters these records can move, (P,): not the fixed, not those of a signal that none of them has."""
     current = any(r.has_current for r in records)
     free = model.free()
@@ -256,7 +256,7 @@ def _result(
     evaluation: Evaluation,
     weights: Sequence[float],
     robust: float | None,
-    free: NDArray[np.bool_],
+    free: Mask,
     counts: tuple[int, int],
     converged: bool,
     reason: str,

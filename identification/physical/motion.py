@@ -36,11 +36,10 @@ class Motion:
         """The first samples of the motion."""
         return replace(self, **{name: getattr(self, name)[:samples] for name in _SERIES})
 
-    def periods(self, count: int) -> Motion:
-        """So many periods of a periodic motion, of which one at least is there."""
-        first, samples = self.head(self.period), count * self.period
-        x, v, a, i, temperature, t = (np.resize(getattr(first, name), samples) for name in _SERIES)
-        return replace(self, x=x, v=v, a=a, i=i, temperature=temperature, t=t)
+    def one_period(self, warm: int) -> Motion:
+        """One period of a periodic motion, of which one at least is there, after the `warm` samples before it."""
+        index = np.arange(-warm, self.period) % self.period
+        return replace(self, **{name: getattr(self, name)[index] for name in _SERIES})
 
     def every(self, stride: int) -> Motion:
         """Each stride-th sample of the motion, which must hold nothing that this can't tell; not for a periodic one."""

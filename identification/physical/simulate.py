@@ -19,12 +19,13 @@ from identification.physical.mounted import mounted
 from identification.physical.rigid import rigid, workspace
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 RIGID_STIFFNESS = 3.0e7  # N/m: a worn joint without a bush meets steel
 RIGID_DAMPING = 3.0e3  # N·s/m
 _SAME_TEMPERATURE_K = 0.05  # a body this steady is at one temperature: fade is some 0.5 % per kelvin
 _SETTLED = 1e-4  # of the force: a period that ends as near to the one before has forgotten the start
-_MOST_PERIODS = 5  # until a motion repeats; a memory that holds on for longer is a matter of how the run began
+_AHEAD = (0.25, 1.0, 4.0)  # periods before one that repeats; a memory that holds on longer is a matter of how it began
 _REVERSAL_SUBSTEPS = 4
 _PLAY_SUBSTEPS = 16  # a rigid contact rings at some kHz; all of its error sits in the samples of an impact
 _NEED_AMPLITUDE = (Code.MODULATED_TANH, Code.SIGMOID)
@@ -45,8 +46,9 @@ class Response:
     failures: int = 0  # steps whose equation did not converge
 
 
-def simulate(model: Model, motion: Motion, *, gradient: bool = False, substeps: int = 1) -> Response:
-    """Force of `model` along `motion`, (N,), N; with `gradient`, also ∂force/∂parameter, (N, P).
+def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, substeps: int = 1) -> Response:
+    """Force of `model` along `motion`, (N,), N; with `gradient`, also ∂force/∂parameter, (N, P), or of those parameters
+    alone that a mask (P,) holds true.
 
     `substeps` divides every sample of a mounted model, to see the solver's own error (see `accuracy.py`).
 
@@ -56,19 +58,23 @@ def simulate(model: Model, motion: Motion, *, gradient: bool = False, substeps: 
         when the force is not finite, with the first bad sample; when a hysteresis has no bound.
     """
     _check_bounded(model)
+    wanted = _wanted(model, gradient)
     sensor = model.on("sensor")
     taus = [e.value("tau") if e.spec.code == Code.FORCE_DELAY else 0.0 for e in sensor]
     past = motion.shifted(sum(taus))
-    response = _steady_damper(model, past, gradient, substeps)
+    response = _steady_damper(model, past, wanted, substeps)
     force, grad = response.force, response.gradient
     offset = sum(len(e.parameters) for e in model.elements if e.spec.path != "sensor")
+    place = 0 if wanted is None else int(wanted[:offset].sum())
     for index, e in enumerate(sensor):
         later = sum(taus[index + 1 :])
         value, columns = _sensor_term(e, motion.shifted(later), force)
         force = force + value
-        if grad is not None:
-            grad[:, offset : offset + columns.shape[1]] = columns
-        offset += columns.shape[1]
+        if grad is not None and wanted is not None:
+            columns = columns[:, wanted[offset : offset + columns.shape[1]]]
+            grad[:, place : place + columns.shape[1]] = columns
+            place += columns.shape[1]
+        offset += len(e.parameters)
     if not np.all(np.isfinite(force)):
         bad = int(np.argmin(np.isfinite(force)))
         raise SimulationError(
@@ -76,6 +82,13 @@ def simulate(model: Model, motion: Motion, *, gradient: bool = False, substeps: 
             f"v = {motion.v[bad]:.4g} m/s): check its parameters against the range of the run"
         )
     return Response(force, grad, response.failures)
+
+
+def _wanted(model: Model, gradient: bool | Mask) -> Mask | None:
+    """The parameters by which a gradient is wanted, (P,); None where none is."""
+    if isinstance(gradient, bool):
+        return np.ones(model.free().size, dtype=np.bool_) if gradient else None
+    return gradient
 
 
 def _check_bounded(model: Model) -> None:
@@ -88,16 +101,16 @@ def _check_bounded(model: Model) -> None:
             )
 
 
-def _steady_damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Response:
+def _steady_damper(model: Model, motion: Motion, wanted: Mask | None, substeps: int) -> Response:
     """Response of mount and core; a periodic motion is simulated until it repeats, then its last period does."""
     drifts = model.has("temperature_fade") and np.ptp(motion.temperature) > _SAME_TEMPERATURE_K
     if motion.settle == 0 or drifts:
-        return _damper(model, motion, gradient, substeps)
-    if not _remembers(model):
-        return _tiled(_damper(model, _periods(model, motion, 1), gradient, substeps), motion)
-    response = _damper(model, _periods(model, motion, 2), gradient, substeps)
-    if not _repeats(response.force, motion.period):
-        response = _damper(model, _periods(model, motion, _MOST_PERIODS), gradient, substeps)
+        return _damper(model, motion, wanted, substeps)
+    ahead = (0,) if not _remembers(model) else [int(part * motion.period) for part in _AHEAD]
+    for warm in ahead:
+        response = _damper(model, _settled(model, motion, warm), wanted, substeps)
+        if _repeats(response.force, warm, motion.period):
+            break
     return _tiled(response, motion)
 
 
@@ -107,53 +120,50 @@ def _remembers(model: Model) -> bool:
     return lags or bool(model.on("mount")) or any(e.spec.memory for e in model.on("core"))
 
 
-def _periods(model: Model, motion: Motion, count: int) -> Motion:
-    """So many periods of the motion, at one temperature."""
-    some = motion.periods(count)
+def _settled(model: Model, motion: Motion, warm: int) -> Motion:
+    """One period of the motion after `warm` samples of those before it, at one temperature."""
+    some = motion.one_period(warm)
     if model.has("temperature_fade"):
         some = replace(some, temperature=np.full(some.x.size, float(np.mean(motion.temperature))))
     return some
 
 
-def _repeats(force: Floats, period: int) -> bool:
-    """Whether the last period ends as the one before it did: then the next is like it."""
-    before, last = force[-2 * period : -period], force[-period:]
-    late = slice(period // 2, None)
-    return bool(np.max(np.abs(last[late] - before[late])) <= _SETTLED * np.max(np.abs(last), initial=0.0))
+def _repeats(force: Floats, warm: int, period: int) -> bool:
+    """Whether the period ends as what was ahead of it did: then the next is like it."""
+    late = min(warm, period) // 2
+    before, last = force[warm - late : warm], force[force.size - late :]
+    return bool(np.max(np.abs(last - before), initial=0.0) <= _SETTLED * np.max(np.abs(force[warm:]), initial=0.0))
 
 
 def _tiled(response: Response, motion: Motion) -> Response:
-    """The response along the whole motion: the transient as far as it was simulated, then its last period."""
-    period, samples = motion.period, response.force.size
-    index = np.arange(motion.x.size)
-    early = min(motion.settle * period, samples - period)
-    index = np.where(index < early, index, samples - period + index % period)
+    """The response along the whole motion, each period the last that was simulated."""
+    index = response.force.size - motion.period + np.arange(motion.x.size) % motion.period
     full = None if response.gradient is None else response.gradient[index]
     return Response(response.force[index], full, response.failures)
 
 
-def _damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Response:
+def _damper(model: Model, motion: Motion, wanted: Mask | None, substeps: int) -> Response:
     mount, control, core = model.on("mount"), model.on("control"), model.on("core")
     u, du = effective_current(control, motion.i, motion.dt, motion.period, motion.remanence)
-    n_mount = sum(len(e.parameters) for e in mount)
-    n_control = du.shape[0]
+    gradient, mask = wanted is not None, np.zeros(model.free().size, dtype=np.bool_) if wanted is None else wanted
+    edges = np.cumsum([sum(len(e.parameters) for e in path) for path in (mount, control, core)])
+    of_mount, of_control, of_core = np.split(mask[: edges[-1]], edges[:-1])
+    n_mount, n_control, n_core = (int(m.sum()) for m in (of_mount, of_control, of_core))
+    used = n_mount + n_control + n_core
     codes = np.array([int(e.spec.code) for e in core], dtype=np.int64)
-    sizes = [len(e.parameters) for e in core]
-    offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    offsets = np.concatenate([[0], np.cumsum([len(e.parameters) for e in core])]).astype(np.int64)
     p = np.array([q.value for e in core for q in e.parameters], dtype=np.float64)
-    total = sum(len(e.parameters) for e in model.elements)
-    used = n_mount + n_control + p.size
     # The kernels count control columns first, so that du lies in the first rows.
-    column = n_control + np.arange(p.size, dtype=np.int64)
+    column = _numbered(of_core, n_control)
     jac = np.zeros((motion.x.size, used)) if gradient else np.zeros((0, used))
     force = np.zeros(motion.x.size)
     v_m = _amplitude_velocity(motion) if any(e.spec.code in _NEED_AMPLITUDE for e in core) else motion.a
     inputs = (motion.x, motion.v, u, motion.temperature, motion.a, v_m)
-    common = (codes, offsets, p, column, motion.dt, inputs, du)
+    common = (codes, offsets, p, column, motion.dt, inputs, du[of_control])
     space = workspace(codes.size, p.size, used)
     failures = 0
     if mount:
-        stiffness, columns, fine = _mount(mount, core, n_control + p.size)
+        stiffness, columns, fine = _mount(mount, core, _numbered(of_mount, n_control + n_core))
         space = (*space, collocation_space(used, substeps))
         failures = mounted(*common, stiffness, columns, substeps, fine * substeps, force, jac, space)
     else:
@@ -161,13 +171,18 @@ def _damper(model: Model, motion: Motion, gradient: bool, substeps: int) -> Resp
         rigid(*common, eps, force, jac, space)
     if not gradient:
         return Response(force, None, failures)
-    if not mount and used == total:
+    of_all = int(mask.sum())
+    if n_mount == 0 and used == of_all:
         return Response(force, jac, failures)
-    out = np.zeros((motion.x.size, total))
-    out[:, :n_mount] = jac[:, n_control + p.size :]
-    out[:, n_mount : n_mount + n_control] = jac[:, :n_control]
-    out[:, n_mount + n_control : used] = jac[:, n_control : n_control + p.size]
+    out = np.zeros((motion.x.size, of_all))
+    out[:, :n_mount] = jac[:, n_control + n_core :]
+    out[:, n_mount:used] = jac[:, : n_control + n_core]
     return Response(force, out, failures)
+
+
+def _numbered(wanted: Mask, first: int) -> NDArray[np.int64]:
+    """Columns of what is wanted, from `first` on, −1 for the rest; (P,)."""
+    return np.where(wanted, first - 1 + np.cumsum(wanted), -1).astype(np.int64)
 
 
 def _amplitude_velocity(motion: Motion) -> Floats:
@@ -180,10 +195,12 @@ def _amplitude_velocity(motion: Motion) -> Floats:
     return np.asarray(np.maximum(v_m, 1e-3 * max(float(v_m.max(initial=0.0)), 1e-9)))
 
 
-def _mount(mount: Sequence[Element], core: Sequence[Element], first: int) -> tuple[Floats, NDArray[np.int64], int]:
+def _mount(
+    mount: Sequence[Element], core: Sequence[Element], numbers: NDArray[np.int64]
+) -> tuple[Floats, NDArray[np.int64], int]:
     """The mount's array (see `mount.py`), the gradient column of each entry, and the substeps at an event."""
     values = np.array([RIGID_STIFFNESS, RIGID_DAMPING, 0.0, 0.0, 0.0, 0.0])
-    columns = np.full(6, -1, dtype=np.int64)
+    columns, number = np.full(6, -1, dtype=np.int64), iter(numbers)
     substeps = _REVERSAL_SUBSTEPS if any(e.spec.memory for e in core) else 1
     for e in mount:
         places = _PLACES[e.spec.code]
@@ -191,8 +208,7 @@ def _mount(mount: Sequence[Element], core: Sequence[Element], first: int) -> tup
             values[[K, C]] = 0.0
         for place, p in zip(places, e.parameters, strict=True):
             values[place] = p.value
-            columns[place] = first
-            first += 1
+            columns[place] = next(number)
         if e.spec.code == Code.FREE_PLAY and values[GAP] > 0:
             substeps = _PLAY_SUBSTEPS
     return values, columns, substeps

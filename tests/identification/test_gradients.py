@@ -115,3 +115,19 @@ def test_memories_begin_with_the_sensitivity_of_their_steady_value() -> None:
         for k in range(gradient.shape[1]):
             expected = extrapolated(model, k)
             assert gradient[:20, k] == pytest.approx(expected[:20], rel=1e-5, abs=1e-7 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("which", [(0,), (1, 4), (2, 3, 5, 8), ()])
+@pytest.mark.parametrize("mounted", [False, True])
+def test_a_gradient_by_some_parameters_is_those_columns_of_the_whole(which: tuple[int, ...], mounted: bool) -> None:
+    mount = (element("series_compliance", TYPICAL["series_compliance"]),) if mounted else ()
+    others = [freed(element(n, TYPICAL[n])) for n in ("bouc_wen", "control_lag", "moving_mass", "force_drift")]
+    model = Model(name="m", elements=(*BASE, *others, *mount))
+    every = simulate(model, motion(), gradient=True).gradient
+    mask = np.zeros(len(model.names()), dtype=np.bool_)
+    mask[[2 * k % mask.size for k in which]] = True
+    some = simulate(model, motion(), gradient=mask).gradient
+    assert every is not None
+    assert some is not None
+    assert some.shape[1] == len(which)
+    assert np.array_equal(some, every[:, mask])
