@@ -114,7 +114,7 @@ def _steady_damper(model: Model, motion: Motion, wanted: Mask | None, substeps: 
         warm, last = int(part * motion.period), part == _AHEAD[-1]
         some = _settled(model, motion, warm)
         if costly and not last and not _repeats(_damper(core, some, None, 1).force, warm, motion.period):
-            continue  # bolted to the rig it is simulated ten times as fast, and forgets as late
+            continue  # bolted to the rig it takes a tenth of the time, and forgets no later
         response = _damper(model, some, wanted, substeps)
         if last or _repeats(response.force, warm, motion.period):
             break

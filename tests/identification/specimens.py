@@ -48,6 +48,8 @@ def effect_force(effect: str, x: Floats, v: Floats, a: Floats, force: Floats) ->
         return np.roll(force, round(2.25e-3 * FS * FINE))
     if effect == "end_stop":
         return force + 6e4 * np.sign(x) * np.maximum(np.abs(x) - 0.02, 0.0) ** 1.02
+    if effect == "two_frictions":
+        return force + (25.0 + 20.0 / (1 + (v / 0.03) ** 2)) * v / (np.abs(v) + 2e-4) + 20.0 * np.tanh(v / 0.01)
     if effect == "cogging":  # in no catalogue
         return force + 40.0 * np.sin(2 * np.pi * x / 0.004)
     assert effect == "none"

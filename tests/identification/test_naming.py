@@ -11,13 +11,15 @@ import numpy as np
 import pytest
 
 from identification.discrepancy import Verdict, explain, report_data, write_report
+from identification.discrepancy.excess import FORM_TOLERANCE, contribution, misshapen
 from identification.discrepancy.notes import coarse
+from identification.discrepancy.trials import DRY_FRICTIONS
 from identification.errors import DataError
 from identification.fitting import fit
 from identification.measures import score_signals
 from identification.physical.model import Model, element
 from identification.physical.modelfile import read_model
-from identification.record import record_from_run
+from identification.record import compact, record_from_run
 from identification.simulation import simulate_run
 from rigctl.runfile import with_channel
 from tests.identification.specimens import campaign, run
@@ -171,3 +173,18 @@ def test_a_simulation_equal_to_the_measurement_scores_full_marks() -> None:
     assert figures.rms == 0.0
     assert figures.fit == 100.0
     assert figures.eearth == pytest.approx(1.0)
+
+
+def test_two_dry_frictions_in_one_machine_are_given_one_name() -> None:
+    """A seal with its breakaway and a guide that turns over gently: no one form is both."""
+    train, held = campaign("two_frictions", seed=6)
+    named = {f.element for f in explain(BASE, train, held).effects}
+    assert len(named & DRY_FRICTIONS) == 1
+
+
+@pytest.mark.parametrize("closed", [-1.0, 0.0, 1e3, 1e9])
+def test_what_may_be_the_form_of_a_name_is_bounded_by_what_the_name_closes(closed: float) -> None:
+    records = [compact(record_from_run(run("none", 0, 1)))]
+    form = misshapen(BASE, ["tanh_hysteresis"], records, closed)
+    assert 0.0 <= form <= 4.0 * FORM_TOLERANCE**2 * max(closed, 0.0)
+    assert form <= FORM_TOLERANCE**2 * contribution(BASE, "tanh_hysteresis", records)
