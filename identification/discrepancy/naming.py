@@ -94,7 +94,10 @@ def _grown(state: Search, records: Sequence[Record]) -> Search | None:
 
 def _added(state: Search, records: Sequence[Record], but: Collection[str] = ()) -> Search | None:
     alone = state.excess < _EXPLAINED * state.base_excess  # of a gap that is all but closed no part is worth little
-    grown = _add(state, records, _CLOSES if alone else HELPS, but)
+    at_least = _CLOSES if alone else HELPS
+    if len(state.names) == _MAX_EFFECTS - 1:  # the last name must explain the gap, or none of those beside it is kept
+        at_least = max(at_least, 1.0 - _EXPLAINED * state.base_excess / state.excess)
+    grown = _add(state, records, at_least, but)
     if grown is None:
         return None
     grown = _refine(grown, records)

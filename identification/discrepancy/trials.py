@@ -31,6 +31,7 @@ _GLANCE = 2  # iterations on all records of what has been given up
 _FAR = 5.0  # times the least excess
 _NEARLY = 0.1  # of the excess: a sprint that leaves no more may lead once its finer shape is free
 _BEHIND = 0.5  # of what the best has closed: a sprint that has closed less will not lead
+_RUN_ON = 2  # sprints at most
 _CLOSE = 1.5  # times the least: of several sprints with one element, those that are worth running on
 _PROMISES = 0.5  # of what the best has closed: a stuck sprint whose signature promises less is given up
 _DEAD = 0.98  # of the excess: a fit that leaves more has lost its element
@@ -223,7 +224,7 @@ def _run_on(sprints: Sequence[Fit], records: Sequence[Record], iterations: int) 
     fits: list[Fit] = []
     reach = _CLOSE * max(excess_of(ranked[0]), _AT_NOISE * ranked[0].samples)
     for sprint in ranked:
-        if fits and (_at_noise(min(fits, key=_merit)) or excess_of(sprint) > reach):
+        if fits and (len(fits) == _RUN_ON or _at_noise(min(fits, key=_merit)) or excess_of(sprint) > reach):
             break
         with suppress(SimulationError):
             fits.append(fit_records(sprint.model, records, max_iterations=iterations, tolerance=FLAT))

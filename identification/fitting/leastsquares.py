@@ -25,6 +25,7 @@ Mask = NDArray[np.bool_]
 _SHRINK = 5.0  # a parameter that must stay above zero may lose at most this factor in a step
 _DAMPINGS = 10
 _RUNAWAY = 1e100  # a gradient that squares to infinity
+_FORGOTTEN = 1e-3  # of the width of a magnet's hysteresis
 _WORKERS = 2  # the solver releases the interpreter lock
 
 
@@ -85,18 +86,26 @@ def predict(model: Model, record: Record, *, gradient: bool | Mask = False) -> t
 def _as_left(model: Model, record: Record) -> Motion:
     """The record's motion with the remanence that fits it best: −1 for a current from far below, 1 from far above."""
     low, high = (replace(record.motion, remanence=r) for r in (-1.0, 1.0))
-    control, window = model.on("control"), record.window
-    after = [effective_current(control, m.i, m.dt, m.period, m.remanence)[0][window] for m in (low, high)]
-    if np.array_equal(after[0], after[1]):
+    control = model.on("control")
+    after = [effective_current(control, m.i, m.dt, m.period, m.remanence)[0] for m in (low, high)]
+    window = _until_forgotten(after[1] - after[0], record)
+    if window.size == 0:
         return record.motion
-    down, up = (simulate(model, m).force[window] for m in (low, high))
-    half, rest = 0.5 * (up - down), record.measured - 0.5 * (up + down)
+    down, up = (simulate(model, m if m.period else m.head(window[-1] + 1)).force[window] for m in (low, high))
+    half, rest = 0.5 * (up - down), record.force[window] - 0.5 * (up + down)
     if record.simulated is not None:
         rest = rest - record.simulated[window]
     if not 0.0 < np.max(np.abs(half)) < _RUNAWAY:
         return record.motion
     share = float(np.dot(rest, half) / np.dot(half, half))
     return replace(record.motion, remanence=min(max(share, -1.0), 1.0))
+
+
+def _until_forgotten(apart: Floats, record: Record) -> NDArray[np.int64]:
+    """The samples of the record's window up to the last in which what was left in the magnet shows in the current."""
+    shows = np.flatnonzero(np.abs(apart) > _FORGOTTEN * np.max(np.abs(apart)))
+    samples = np.arange(apart.size)[record.window]
+    return samples[samples <= (shows[-1] if shows.size else -1)]
 
 
 def in_phase(model: Model, record: Record) -> Model:
@@ -194,12 +203,12 @@ def fit_records(
                 new = _cost(candidate, weights, robust)
             except SimulationError:
                 new = np.inf
+            promised = float(2.0 * slope @ step - step @ gram @ step)
             if new < cost:
+                damping = _less_or_more(damping, (cost - new) / promised if promised > 0.0 else 0.0)
                 accepted, gain = True, (cost - new) / cost
                 theta, current, cost = trial, candidate, new
-                damping = max(damping / 6.0, 1e-9)
                 break
-            promised = float(2.0 * slope @ step - step @ gram @ step)
             if 0.0 <= promised < 0.1 * tolerance * cost:
                 break  # a step that a bound has bent may promise a rise: then only more damping helps
             damping *= 8.0
@@ -211,6 +220,14 @@ def fit_records(
         reason = "no step lowers the misfit any further"
     counts = (iteration, evaluations)
     return _result(model.with_values(theta), current, weights, robust, free, counts, converged, reason)
+
+
+def _less_or_more(damping: float, kept: float) -> float:
+    """The damping after a step that kept so much of what it promised; less at once after every success would be too
+    little every second time (Nocedal & Wright 2006, algorithm 4.1)."""
+    if kept > 0.75:
+        return max(damping / 6.0, 1e-9)
+    return damping if kept > 0.25 else 3.0 * damping
 
 
 def _cost(evaluation: Evaluation, weights: Sequence[float], robust: float | None = None) -> float:

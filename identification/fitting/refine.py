@@ -14,13 +14,15 @@ from identification.scales import scales_of
 _AT_NOISE = 0.02  # excess over noise energy at which a finer shape could not be told
 _PAYS = 0.1  # share of the excess that a finer shape must take away
 _FIT_ITERATIONS = 14
+_BUILDS_UP_OVER = ("m", "m/s")
+_FLAT = 3e-4  # of the misfit: an iteration that gains less decides nothing
 
 
 def refined(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     """The fit with the finer shape of one element free, where it has one and the data show it; else as it is."""
     own = fit.model.elements[index]
     finer = [k for k, (s, p) in enumerate(zip(own.spec.parameters, own.parameters, strict=True))
-             if s.refinement and p.fixed]  # fmt: skip
+             if s.refinement and s.unit in _BUILDS_UP_OVER and p.fixed]  # fmt: skip
     excess = fit.chi2 - fit.samples
     if not finer or excess < _AT_NOISE * fit.samples:
         return fit
@@ -29,7 +31,9 @@ def refined(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     elements = list(fit.model.elements)
     elements[index] = Element(own.name, parameters)
     try:
-        shaped = fit_records(replace(fit.model, elements=tuple(elements)), records, max_iterations=_FIT_ITERATIONS)
+        shaped = fit_records(
+            replace(fit.model, elements=tuple(elements)), records, max_iterations=_FIT_ITERATIONS, tolerance=_FLAT
+        )
     except SimulationError:
         return fit
     return shaped if shaped.chi2 < fit.chi2 - max(10.0, _PAYS * excess) else fit

@@ -14,7 +14,7 @@ from identification.physical.friction import bristle_level
 _BOUC_WEN, _PRESLIDING = int(Code.BOUC_WEN), int(Code.PRESLIDING)
 _REVERSAL, _LUGRE = int(Code.REVERSAL_LAG), int(Code.LUGRE)
 _PART = 0.5  # of the travel in which a Bouc–Wen hysteresis fades by e: one Runge–Kutta step
-_FORGOTTEN = 32
+_FORGOTTEN = 16
 
 
 @inlined
@@ -48,7 +48,7 @@ def _bouc_wen(p, o, n, h, travel, s, wanted, out):
 
     dh/dt = A w − gamma |w| h |h|^(n−1) − beta w |h|^n does not depend on time but on travel ζ: along it
     dh/dζ = g(h) = s A − h |h|^(n−1) (gamma + s sgn(h) beta), by the classical Runge–Kutta method of fourth order. What
-    lies `_FORGOTTEN` steps back has faded by e^−16: a longer leg ends saturated. The partials are those of these very
+    lies `_FORGOTTEN` steps back has faded by e^−8: a longer leg ends saturated. The partials are those of these very
     steps: `l1` … `l4` say what h owes to the slope at each stage.
     """
     a, beta, gamma = s * p[o + 1], s * p[o + 3], p[o + 4]

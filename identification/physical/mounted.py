@@ -19,6 +19,8 @@ computed rather than of what was meant.
 
 from __future__ import annotations
 
+import numpy as np
+
 from identification.physical.collocation import collocate, prepare
 from identification.physical.compiled import compiled, inlined, pasted
 from identification.physical.core import has_rare
@@ -173,6 +175,9 @@ def mounted(
         cm = mount[C] + mount[C_CONTROL] * u[i + 1]
         phi, phi_e, phi_r, _, _, _ = contact(mount[K], cm, mount[GAP], state[0], state[5])
         force[i + 1] = phi + state[6]
+        if not abs(force[i + 1]) < np.inf:  # nothing comes of what ran away, and each step of it takes all iterations
+            force[i + 1 :] = np.nan
+            break
         if wanted:
             row = jac[i + 1]
             for j in range(n_col):

@@ -136,10 +136,11 @@ def _settled(model: Model, motion: Motion, warm: int) -> Motion:
 
 
 def _repeats(force: Floats, warm: int, period: int) -> bool:
-    """Whether the period ends as what was ahead of it did: then the next is like it."""
+    """Whether the period ends as what was ahead of it did: then the next is like it. What ran away stays away."""
     late = min(warm, period) // 2
     before, last = force[warm - late : warm], force[force.size - late :]
-    return bool(np.max(np.abs(last - before), initial=0.0) <= _SETTLED * np.max(np.abs(force[warm:]), initial=0.0))
+    change, size = np.max(np.abs(last - before), initial=0.0), np.max(np.abs(force[warm:]), initial=0.0)
+    return not change > _SETTLED * size
 
 
 def _tiled(response: Response, motion: Motion) -> Response:
