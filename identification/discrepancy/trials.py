@@ -14,6 +14,7 @@ from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import refined
+from identification.physical.catalogue import CATALOGUE
 from identification.physical.model import Element, Model
 from identification.record import Record
 from identification.scales import scales_of
@@ -41,6 +42,7 @@ _ALIKE = 0.05  # share of what an element closes by which its form may miss: two
 _ALIKE_WITHIN = 0.075  # the same where the simpler is a case of the richer: Bouc–Wen takes up any friction's form
 _BUILD_UP = 0.02  # the same for how friction builds up, which both forms of friction follow
 _MISSES = 0.3  # or this share of what the best of them leaves, where no form fits well
+_OVERPOWERS = 3.0  # times the measured force
 _NO_LOOP = 0.02  # hysteresis with less offset of its branches is a plain curve: beside another, that one's correction
 _OPTIONAL = {
     ("series_compliance", "c"),
@@ -63,6 +65,7 @@ class Trial:
     parameters: int
     screened: float  # the share its signature promised
     closed: float  # whitened energy by which it lowers the excess
+    measured: float  # whitened energy of the measured force
 
 
 def trials(
@@ -211,6 +214,7 @@ def _trial(fit: Fit, name: str, start: Fit, records: Sequence[Record], screened:
         parameters=sum(free),
         screened=screened,
         closed=max(excess_of(start) - excess_of(fit), 0.0),
+        measured=sum(float(np.dot(r.measured, r.measured)) / r.sigma**2 for r in records),
     )
 
 
@@ -257,7 +261,7 @@ def last_of(model: Model, name: str) -> int:
 
 def choose(found: Sequence[Trial]) -> Trial | None:
     """The simplest of those that explain the data as well as a canonical form can be expected to, if any."""
-    physical = [t for t in found if not on_bound(t) and not contradicts_itself(t)]
+    physical = [t for t in found if not (on_bound(t) or contradicts_itself(t) or overpowers(t))]
     if not physical:
         return None
     best = min(physical, key=lambda t: t.excess)
@@ -303,6 +307,13 @@ def _denies(own: Element, model: Model) -> bool:
         return own.value("f_s") <= 1.05 * own.value("f_c")
     beside = any(e.name in CURVES and e is not own for e in model.elements)
     return beside and own.name == "tanh_hysteresis" and own.value("delta") < _NO_LOOP
+
+
+def overpowers(trial: Trial) -> bool:
+    """Whether a force of its own is several times the measured one: most of it then cancels what the base took on."""
+    spec = CATALOGUE[trial.name]
+    parallel = spec.path == "core" and not spec.modifier
+    return parallel and trial.contribution > _OVERPOWERS**2 * trial.measured
 
 
 def on_bound(trial: Trial) -> bool:
