@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from identification.discrepancy.excess import contribution
 from identification.discrepancy.naming import Move, Search
 from identification.discrepancy.signatures import orthonormal
-from identification.discrepancy.trials import CURVES, Trial, allowance, complexity
+from identification.discrepancy.trials import CURVES, allowance, complexity
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters, predict
 from identification.physical.model import Model
@@ -172,21 +172,17 @@ def _decisive(moves: Sequence[Move], name: str) -> Move:
 def _rival_weights(move: Move, name: str) -> dict[str, float]:
     """Odds of each rival against the chosen: worse fits fade by the tolerance of form, finer forms by parsimony.
 
-    One that fits clearly better, and was passed over for what its fit made of it, is no less likely for its finer form.
+    The better a finer form fits, within what the chosen one may fit worse, the less its parameters count against it.
     """
     chosen = next(t for t in move.rivals if t.name == name)
     weights = {}
     for t in move.rivals:
         if t.name != name:
-            allowed = allowance(chosen, t)
-            worse = max(t.excess - chosen.excess, 0.0) / allowed
-            prior = _EVEN if t.excess < chosen.excess - allowed else _prior(t, chosen)
-            weights[t.name] = prior * float(np.exp(-2.0 * worse))
+            worse = max(t.excess - chosen.excess, 0.0) / allowance(chosen, t)
+            better = min(max(chosen.excess - t.excess, 0.0) / allowance(t, chosen), 1.0)
+            finer = max(complexity(t) - complexity(chosen), 0.0) * (1.0 - better)
+            weights[t.name] = _EVEN * _PER_PARAMETER**finer * float(np.exp(-2.0 * worse))
     return weights
-
-
-def _prior(trial: Trial, chosen: Trial) -> float:
-    return _EVEN * float(_PER_PARAMETER ** max(complexity(trial) - complexity(chosen), 0.0))
 
 
 def _rms_without(found: Search, name: str, records: Sequence[Record]) -> float:

@@ -79,28 +79,57 @@ def explain(
     model, train, held = prepared(model, runs, held_out)
     say("fitting the model as given", 0.05)
     base = fit_records(model, [compact(r) for r in train])
-    hum, train_quiet = _without_hum(base, train)
+    named = _named(model, base, _hum_beside(base.model, train), train, held, say)
+    if named.hum is not None and named.found.names and _hum_beside(named.found.fit.model, named.train) is None:
+        say("the tone was part of what has been named: looking again without it", 0.5)
+        named = _named(model, base, None, train, held, say)
+    say("fitting the named effects", 0.8)
+    return _conclude(model, named, say)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Named:
+    """What a search found, and the records that it stands on: whole, kept back, and compact without the hum."""
+
+    base: Fit
+    found: Search
+    evidence: Sequence[Evidence]
+    hum: Hum | None
+    train: Sequence[Record]
+    held: Sequence[Record]
+    quiet: Sequence[Record]
+
+
+def _named(
+    model: Model, base: Fit, hum: Hum | None, train: Sequence[Record], held: Sequence[Record], say: Progress
+) -> _Named:
+    """Search for what `base` is missing beside a hum."""
+    quiet = _without_hum(base, hum, train)
     if hum is not None:
         train, held = _noise_beside(base, hum, train, held)
-        _, train_quiet = _without_hum(base, train)
-        base = fit_records(model, train_quiet)
+        quiet = _without_hum(base, hum, train)
+        base = fit_records(model, quiet)
     train, held = ([with_motion_noise(r, base.model) for r in rs] for rs in (train, held))
-    train_quiet = [_as_noisy(q, r) for q, r in zip(train_quiet, train, strict=True)]
-    base = fit_records(base.model, train_quiet)
+    quiet = [_as_noisy(q, r) for q, r in zip(quiet, train, strict=True)]
+    base = fit_records(base.model, quiet)
     say("looking for what is missing", 0.2)
-    found = search(model, base, train_quiet, on_progress=lambda text: say(text, 0.4))
-    found, evidence = _through_the_gates(found, train_quiet)
-    say("fitting the named effects", 0.8)
-    return _conclude(model, base, found, evidence, hum, train, held, train_quiet, say)
+    found = search(model, base, quiet, on_progress=lambda text: say(text, 0.4))
+    found, evidence = _through_the_gates(found, quiet)
+    return _Named(base=base, found=found, evidence=evidence, hum=hum, train=train, held=held, quiet=quiet)
 
 
-def _without_hum(base: Fit, train: Sequence[Record]) -> tuple[Hum | None, list[Record]]:
-    """Mains hum, if all runs share one, and the compact records with it taken out."""
-    residuals = [r.measured - predict(base.model, r)[0] for r in train]
-    hum = None if base.model.has("mains_hum") else find_hum(residuals, train)
+def _hum_beside(model: Model, train: Sequence[Record]) -> Hum | None:
+    """Mains hum, if all runs share one that the model has not."""
+    if model.has("mains_hum"):
+        return None
+    return find_hum([r.measured - predict(model, r)[0] for r in train], train)
+
+
+def _without_hum(base: Fit, hum: Hum | None, train: Sequence[Record]) -> list[Record]:
+    """The compact records with the hum taken out."""
     if hum is None:
-        return None, [compact(r) for r in train]
-    return hum, [compact(r, hum_in(r, e, hum)) for r, e in zip(train, residuals, strict=True)]
+        return [compact(r) for r in train]
+    return [compact(r, hum_in(r, r.measured - predict(base.model, r)[0], hum)) for r in train]
 
 
 def _noise_beside(
@@ -141,17 +170,9 @@ class _Final:
     names: tuple[str, ...]
 
 
-def _conclude(
-    given: Model,
-    base: Fit,
-    found: Search,
-    evidence: Sequence[Evidence],
-    hum: Hum | None,
-    train: Sequence[Record],
-    held: Sequence[Record],
-    quiet: Sequence[Record],
-    say: Progress,
-) -> Explanation:
+def _conclude(given: Model, named: _Named, say: Progress) -> Explanation:
+    base, found, hum, evidence = named.base, named.found, named.hum, named.evidence
+    train, held, quiet = named.train, named.held, named.quiet
     shaped = found.fit.model != base.model
     grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
     grown = replace(grown, elements=tuple(unlimited(e) if e.name in found.names else e for e in grown.elements))

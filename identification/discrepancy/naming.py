@@ -33,10 +33,12 @@ from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import refine_curves, shaped_like
 from identification.physical.model import Model
+from identification.physical.simulate import RIGID_STIFFNESS
 from identification.record import Record
 
 _CLOSES = 0.4  # an element that stands alone must close this share of the excess that is left
 _EXPLAINED = 0.1  # share of the base's excess that several names together may leave
+_STEEL = 0.2  # of what a rigid contact is taken for
 _MAX_EFFECTS = 4
 _MOST_MOVES = 12  # names that still come and go then are not there
 
@@ -82,7 +84,26 @@ def search(
         state = grown
         if sure is before and state.excess < (1.0 - _CLOSES) * before.excess:
             sure = state
-    return state if state.excess < _EXPLAINED * start else sure
+    return _one_joint(_needed(state, records)) if state.excess < _EXPLAINED * start else sure
+
+
+def _one_joint(state: Search) -> Search:
+    """The state without the name of a compliance that is as stiff as steel, where a joint with play has it: it is how
+    its two halves meet."""
+    if not {"free_play", "series_compliance"} <= set(state.names):
+        return state
+    own = state.fit.model.elements[last_of(state.fit.model, "series_compliance")]
+    as_steel = own.value("k") > _STEEL * RIGID_STIFFNESS
+    return replace(state, names=tuple(n for n in state.names if not (as_steel and n == own.name)))
+
+
+def _needed(state: Search, records: Sequence[Record]) -> Search:
+    """The state less every name without which the others fit as well."""
+    for name in state.names if len(state.names) > 1 else ():
+        rest = _without(state.fit, name, records)
+        if rest is not None and excess_of(rest) <= state.excess + 10.0:
+            state = _dropped(state, name, rest)
+    return state
 
 
 def _grown(state: Search, records: Sequence[Record]) -> Search | None:
@@ -164,14 +185,7 @@ def _settle(state: Search, records: Sequence[Record]) -> Search:
         others = tuple(n for n in state.names if n != name)
         form = FORM_TOLERANCE**2 * contribution(state.fit.model, name, records)
         if excess_of(rest) <= state.excess + form + 10.0:
-            state = replace(
-                state,
-                fit=rest,
-                names=others,
-                excess=excess_of(rest),
-                moves=(*state.moves, Move(kind="drop", name=name, excess_before=state.excess,
-                                          excess_after=excess_of(rest), rivals=())),
-            )  # fmt: skip
+            state = _dropped(state, name, rest)
             continue
         found = trials(rest, _given(state).without(name), records, incumbent=name)
         for own in (t for t in found if t.name == name and t.excess < state.excess - 10.0):  # the fit had stuck
@@ -186,6 +200,13 @@ def _settle(state: Search, records: Sequence[Record]) -> Search:
                 state, fit=best.fit, names=(*others, best.name), excess=best.excess, moves=(*state.moves, move)
             )
     return state
+
+
+def _dropped(state: Search, name: str, rest: Fit) -> Search:
+    after = excess_of(rest)
+    move = Move(kind="drop", name=name, excess_before=state.excess, excess_after=after, rivals=())
+    names = tuple(n for n in state.names if n != name)
+    return replace(state, fit=rest, names=names, excess=after, moves=(*state.moves, move))
 
 
 def _replaces(best: Trial, name: str, found: Sequence[Trial], state: Search) -> bool:
