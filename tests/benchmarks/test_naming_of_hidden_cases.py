@@ -22,6 +22,8 @@ SINGLES = (7, 10, 14, 24)
     ("kind", "seed"),
     [
         *(("single", seed) for seed in SINGLES),
+        ("single", 11018),  # play in a joint whose halves meet softly, by the measure of so small a machine
+        ("single", 11078),  # a lag after reversals makes a tone near that of the mains
         ("pair", 1),
         ("unknown", 4),
         ("null", 2),
