@@ -20,8 +20,8 @@ from identification.record import Record
 
 Floats = NDArray[np.float64]
 
-_SPREAD_LIMIT = 0.15  # a true effect has one strength: what differs more than this from run to run is another effect
-_SPREAD_SCALE = 0.025
+_SPREAD_LIMIT = 0.12  # a true effect has one strength: what differs more than this from run to run is another effect
+_SPREAD_SCALE = 0.02
 _BUT_ONE = 0.85  # belief in an effect that has one strength in all runs but one
 _ENOUGH = 5  # runs that see an effect, of which one may be odd
 _DECIDES = 0.3  # share of what all know of a strength: who knows more than this is not the odd one
@@ -33,6 +33,9 @@ _ODD_CURVES = ("arctan_damping", "piecewise_linear_damping", "quadratic_damping"
 _BASE_CURVES = (*CURVES, "viscous_damping", "quadratic_damping")
 _LEFT_LIMIT = 0.40  # what leaves this share of the gap has not explained it
 _LEFT_SCALE = 0.06
+_PART = 0.25  # of the belief goes where this share is left: something else is there too, or instead
+_PART_LEFT = 0.08
+_PART_SCALE = 0.015
 _REWRITTEN = 0.5  # share of its given force by which a base may change beside a curve: a third, and a half for luck
 _REWRITTEN_SCALE = 0.05
 _EVEN = 0.5  # odds of a form that fits as well and is no finer
@@ -107,6 +110,7 @@ def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
         total = 1.0 + sum(weights.values())
         belief = max(_steady(spread), _BUT_ONE * _steady(spread_of(*_without_the_oddest(values, precision))))
         belief *= 1.0 - 0.9 * _logistic((left - _LEFT_LIMIT) / _LEFT_SCALE)
+        belief *= 1.0 - _PART * _logistic((left - _PART_LEFT) / _PART_SCALE)
         if name in CURVES:
             belief *= 1.0 - _logistic((_rewritten(found, records) - _REWRITTEN) / _REWRITTEN_SCALE)
         seen_by = int(np.sum(precision > _SEES * np.max(precision, initial=0.0)))

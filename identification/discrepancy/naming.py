@@ -39,6 +39,7 @@ from identification.record import Record
 _CLOSES = 0.4  # an element that stands alone must close this share of the excess that is left
 _EXPLAINED = 0.1  # share of the base's excess that several names together may leave
 _STEEL = 0.2  # of what a rigid contact is taken for
+_SEAT = 0.05  # of what a play does: as much as the ways in which its halves may meet differ
 _MAX_EFFECTS = 4
 _MOST_MOVES = 12  # names that still come and go then are not there
 
@@ -84,17 +85,20 @@ def search(
         state = grown
         if sure is before and state.excess < (1.0 - _CLOSES) * before.excess:
             sure = state
-    return _one_joint(_needed(state, records)) if state.excess < _EXPLAINED * start else sure
+    return _one_joint(_needed(state, records), records) if state.excess < _EXPLAINED * start else sure
 
 
-def _one_joint(state: Search) -> Search:
-    """The state without the name of a compliance that is as stiff as steel, where a joint with play has it: it is how
-    its two halves meet."""
+def _one_joint(state: Search, records: Sequence[Record]) -> Search:
+    """The state without the name of a compliance in a joint with play, where that is only how its two halves meet:
+    as stiff as steel, or of little account beside the play."""
     if not {"free_play", "series_compliance"} <= set(state.names):
         return state
     own = state.fit.model.elements[last_of(state.fit.model, "series_compliance")]
-    as_steel = own.value("k") > _STEEL * RIGID_STIFFNESS
-    return replace(state, names=tuple(n for n in state.names if not (as_steel and n == own.name)))
+    rest = _without(state.fit, own.name, records)
+    closed = np.inf if rest is None else excess_of(rest) - state.excess
+    little = closed < _SEAT * contribution(state.fit.model, "free_play", records)
+    seat = little or own.value("k") > _STEEL * RIGID_STIFFNESS
+    return replace(state, names=tuple(n for n in state.names if not (seat and n == own.name)))
 
 
 def _needed(state: Search, records: Sequence[Record]) -> Search:
