@@ -27,9 +27,7 @@ _SETTLED = 1.5  # a period is settled when it differs from those after it by no 
 
 _OVERSAMPLED = 16.0  # samples for one cycle at the end of a band that the force has narrowed
 _PASSED = 2.5  # times that end is what its filter lets pass of white noise, from −∞ to ∞
-_ROUGH = (
-    1.5  # mean square of a signal's steps over its variance: 2 of white noise, next to nothing of what is sampled well
-)
+_ROUGH = 1.5  # mean square of the steps over the variance: 2 of white noise, next to nothing of what is sampled well
 _AT_REST = 4.0  # times its noise: a velocity below may be none
 _STANDS = 1e-4  # or this share of the highest
 _SOME = 0.02  # share of a record at rest that is worth leaving out

@@ -28,9 +28,9 @@ from identification.discrepancy.explanation import (
     gaps_of,
 )
 from identification.discrepancy.hum import Hum, find_hum, hum_in
-from identification.discrepancy.naming import Search, search
+from identification.discrepancy.naming import Search, one_joint, search
 from identification.discrepancy.nexttest import propose
-from identification.discrepancy.notes import coarse, finer, of_runs, tared_apart
+from identification.discrepancy.notes import coarse, finer, of_runs, seated, tared_apart
 from identification.discrepancy.preparation import prepared
 from identification.discrepancy.signatures import tangent
 from identification.discrepancy.where import Region, locate
@@ -82,7 +82,7 @@ def explain(
     named = _named(model, base, _hum_beside(base.model, train), train, held, say)
     if named.hum is not None and named.found.names and _hum_beside(named.found.fit.model, named.train) is None:
         say("the tone was part of what has been named: looking again without it", 0.5)
-        named = _named(model, base, None, train, held, say)
+        named = _named(model, base, None, train, held, lambda text, done: say(text, max(done, 0.5)))
     say("fitting the named effects", 0.8)
     return _conclude(model, named, say)
 
@@ -115,6 +115,8 @@ def _named(
     say("looking for what is missing", 0.2)
     found = search(model, base, quiet, on_progress=lambda text: say(text, 0.4))
     found, evidence = _through_the_gates(found, quiet)
+    found = one_joint(found, quiet)
+    evidence = [e for e in evidence if e.name in found.names]
     return _Named(base=base, found=found, evidence=evidence, hum=hum, train=train, held=held, quiet=quiet)
 
 
@@ -175,7 +177,8 @@ def _conclude(given: Model, named: _Named, say: Progress) -> Explanation:
     train, held, quiet = named.train, named.held, named.quiet
     shaped = found.fit.model != base.model
     grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
-    grown = replace(grown, elements=tuple(unlimited(e) if e.name in found.names else e for e in grown.elements))
+    mine = [e.name in found.names or not base.model.has(e.name) for e in grown.elements]
+    grown = replace(grown, elements=tuple(unlimited(e) if m else e for e, m in zip(grown.elements, mine, strict=True)))
     final = fit_records(grown, train, max_iterations=12) if (found.names or hum or shaped) else base
     full_base = fit_records(base.model, train, max_iterations=8)
     traces = [_trace(r, given, full_base.model, final.model, held_out=False) for r in train]
@@ -209,6 +212,7 @@ def _conclude(given: Model, named: _Named, say: Progress) -> Explanation:
         notes=(
             *of_runs(train, held),
             *finer(base.model, found.fit.model),
+            *seated(base.model, final.model, names),
             *tared_apart(traces),
             *coarse(final.model, quiet),
         ),

@@ -18,8 +18,6 @@ from identification.discrepancy.excess import (
 )
 from identification.discrepancy.trials import (
     DRY_FRICTIONS,
-    FIT_ITERATIONS,
-    FLAT,
     FULFILS,
     HELPS,
     Trial,
@@ -31,7 +29,7 @@ from identification.discrepancy.trials import (
 )
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.fitting.refine import refine_curves, shaped_like
+from identification.fitting.refine import FIT_ITERATIONS, FLAT, refine_curves, shaped_like
 from identification.physical.model import Model
 from identification.physical.simulate import RIGID_STIFFNESS
 from identification.record import Record
@@ -85,10 +83,10 @@ def search(
         state = grown
         if sure is before and state.excess < (1.0 - _CLOSES) * before.excess:
             sure = state
-    return _one_joint(_needed(state, records), records) if state.excess < _EXPLAINED * start else sure
+    return _needed(state, records) if state.excess < _EXPLAINED * start else sure
 
 
-def _one_joint(state: Search, records: Sequence[Record]) -> Search:
+def one_joint(state: Search, records: Sequence[Record]) -> Search:
     """The state without the name of a compliance in a joint with play, where that is only how its two halves meet:
     as stiff as steel, or of little account beside the play."""
     if not {"free_play", "series_compliance"} <= set(state.names):
@@ -192,7 +190,8 @@ def _settle(state: Search, records: Sequence[Record]) -> Search:
             state = _dropped(state, name, rest)
             continue
         found = trials(rest, _given(state).without(name), records, incumbent=name)
-        for own in (t for t in found if t.name == name and t.excess < state.excess - 10.0):  # the fit had stuck
+        own = choose([t for t in found if t.name == name])
+        if own is not None and own.excess < state.excess - 10.0:  # the fit had stuck
             state = replace(state, fit=own.fit, excess=own.excess)
         best = choose(found)
         if best is not None and best.name != name and _replaces(best, name, found, state):

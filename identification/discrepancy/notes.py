@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -26,6 +26,13 @@ def finer(base: Model, fitted: Model) -> list[str]:
         for spec, p in zip(e.spec.parameters, e.parameters, strict=True)
         if spec.refinement and not p.fixed and p.value > 0.0
     ]
+
+
+def seated(base: Model, final: Model, names: Collection[str]) -> list[str]:
+    """What stiffness the halves of a joint with play meet with, where the model has it and no name says so."""
+    own = [e for e in final.elements if e.name == "series_compliance" and e.name not in names and not base.has(e.name)]
+    return [f"the halves of the joint with play meet with {e.value('k'):.3g} N/m: in the model, no effect of its own"
+            for e in own]  # fmt: skip
 
 
 def coarse(model: Model, records: Sequence[Record]) -> list[str]:

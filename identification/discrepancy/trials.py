@@ -13,7 +13,7 @@ from identification.discrepancy.excess import contribution, excess_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.fitting.refine import refined
+from identification.fitting.refine import FIT_ITERATIONS, FLAT, refined
 from identification.physical.catalogue import CATALOGUE
 from identification.physical.model import Element, Model
 from identification.record import Record
@@ -21,8 +21,6 @@ from identification.scales import scales_of
 
 HELPS = 0.08  # of the excess: less is no help even from one name of several
 FULFILS = 0.5  # of its promise: a sprint that closes less has stuck
-FIT_ITERATIONS = 14
-FLAT = 3e-4  # of the misfit: an iteration that gains less decides nothing
 CURVES = ("arctan_damping", "piecewise_linear_damping", "valve_damping", "tanh_hysteresis", "bouc_wen")
 DRY_FRICTIONS = frozenset({"coulomb_friction", "stribeck_friction", "presliding_friction"})
 _SHORTLIST = 6

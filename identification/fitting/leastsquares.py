@@ -26,6 +26,7 @@ _SHRINK = 5.0  # a parameter that must stay above zero may lose at most this fac
 _DAMPINGS = 10
 _RUNAWAY = 1e100  # a gradient that squares to infinity
 _FORGOTTEN = 1e-3  # of the width of a magnet's hysteresis
+_FEWEST = 2  # samples: one is no motion
 _WORKERS = 2  # the solver releases the interpreter lock
 
 
@@ -91,7 +92,8 @@ def _as_left(model: Model, record: Record) -> Motion:
     window = _until_forgotten(after[1] - after[0], record)
     if window.size == 0:
         return record.motion
-    down, up = (simulate(model, m if m.period else m.head(window[-1] + 1)).force[window] for m in (low, high))
+    shown = max(int(window[-1]) + 1, _FEWEST)
+    down, up = (simulate(model, m if m.period else m.head(shown)).force[window] for m in (low, high))
     half, rest = 0.5 * (up - down), record.force[window] - 0.5 * (up + down)
     if record.simulated is not None:
         rest = rest - record.simulated[window]

@@ -13,9 +13,9 @@ from identification.scales import scales_of
 
 _AT_NOISE = 0.02  # excess over noise energy at which a finer shape could not be told
 _PAYS = 0.1  # share of the excess that a finer shape must take away
-_FIT_ITERATIONS = 14
-_BUILDS_UP_OVER = ("m", "m/s")
-_FLAT = 3e-4  # of the misfit: an iteration that gains less decides nothing
+FIT_ITERATIONS = 14
+FLAT = 3e-4  # of the misfit: an iteration that gains less decides nothing
+_BUILDS_UP_OVER = ("m", "m/s")  # units of what a finer shape is: a gain of the current is none
 
 
 def refined(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
@@ -32,7 +32,7 @@ def refined(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     elements[index] = Element(own.name, parameters)
     try:
         shaped = fit_records(
-            replace(fit.model, elements=tuple(elements)), records, max_iterations=_FIT_ITERATIONS, tolerance=_FLAT
+            replace(fit.model, elements=tuple(elements)), records, max_iterations=FIT_ITERATIONS, tolerance=FLAT
         )
     except SimulationError:
         return fit

@@ -22,6 +22,7 @@ SINGLES = (7, 10, 14, 24)
     ("kind", "seed"),
     [
         *(("single", seed) for seed in SINGLES),
+        ("single", 7222),  # a relief valve and the base beside it fit nearly as well, each seven times the force
         ("single", 11018),  # play in a joint whose halves meet softly, by the measure of so small a machine
         ("single", 11078),  # a lag after reversals makes a tone near that of the mains
         ("pair", 1),

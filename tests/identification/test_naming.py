@@ -10,12 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.discrepancy import Verdict, explain, report_data, write_report
-from identification.discrepancy.excess import FORM_TOLERANCE, contribution, misshapen
-from identification.discrepancy.notes import coarse
+from identification.discrepancy import Verdict, explain, naming, report_data, write_report
+from identification.discrepancy.excess import FORM_TOLERANCE, contribution, excess_of, misshapen
+from identification.discrepancy.notes import coarse, seated
 from identification.discrepancy.trials import DRY_FRICTIONS
 from identification.errors import DataError
 from identification.fitting import fit
+from identification.fitting.leastsquares import fit_records
 from identification.measures import score_signals
 from identification.physical.model import Model, element
 from identification.physical.modelfile import read_model
@@ -175,11 +176,30 @@ def test_a_simulation_equal_to_the_measurement_scores_full_marks() -> None:
     assert figures.eearth == pytest.approx(1.0)
 
 
-def test_two_dry_frictions_in_one_machine_are_given_one_name() -> None:
-    """A seal with its breakaway and a guide that turns over gently: no one form is both."""
-    train, held = campaign("two_frictions", seed=6)
-    named = {f.element for f in explain(BASE, train, held).effects}
-    assert len(named & DRY_FRICTIONS) == 1
+@pytest.mark.parametrize("settles", [True, False])
+def test_two_dry_frictions_in_one_machine_are_given_one_name(settles: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A seal with its breakaway and a guide that turns over gently: no one form is both, swapped or not."""
+    records = [compact(record_from_run(r)) for r in campaign("two_frictions", seed=6)[0]]
+    base = fit_records(BASE, records)
+    rubbed = fit_records(base.model.with_element(element("coulomb_friction", {"f_c": 40.0})), records)
+    state = naming.Search(
+        fit=rubbed, names=("coulomb_friction",), excess=excess_of(rubbed), given=BASE, base_excess=excess_of(base)
+    )
+    if not settles:
+        monkeypatch.setattr(naming, "_settle", lambda found, records: found)
+        added = naming._added(state, records)
+        assert added is not None
+        assert len(DRY_FRICTIONS.intersection(added.names)) == 2
+    grown = naming._grown(state, records)
+    assert grown is not None
+    assert len(DRY_FRICTIONS.intersection(grown.names)) == 1
+
+
+def test_a_stiffness_that_no_name_says_is_told() -> None:
+    joint = (element("free_play", {"gap": 1e-4}), element("series_compliance", {"k": 2e7, "c": 0.0}))
+    worn = Model(name="worn", elements=(*joint, *BASE.elements))
+    assert "2e+07 N/m" in seated(BASE, worn, ("free_play",))[0]
+    assert seated(BASE, worn, ("free_play", "series_compliance")) == seated(worn, worn, ()) == []
 
 
 @pytest.mark.parametrize("closed", [-1.0, 0.0, 1e3, 1e9])
