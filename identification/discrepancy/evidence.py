@@ -105,8 +105,7 @@ def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
     for name in found.names:
         values, precision = strengths(found.fit.model, name, records)
         spread = spread_of(values, precision)
-        move = _decisive(found.moves, name)
-        weights = _rival_weights(move, name)
+        weights = _rival_weights(found, name)
         total = 1.0 + sum(weights.values())
         belief = max(_steady(spread), _BUT_ONE * _steady(spread_of(*_without_the_oddest(values, precision))))
         belief *= 1.0 - 0.9 * _logistic((left - _LEFT_LIMIT) / _LEFT_SCALE)
@@ -173,15 +172,17 @@ def _decisive(moves: Sequence[Move], name: str) -> Move:
     return [m for m in moves if m.kind in ("add", "swap") and m.name.endswith(name)][-1]
 
 
-def _rival_weights(move: Move, name: str) -> dict[str, float]:
+def _rival_weights(found: Search, name: str) -> dict[str, float]:
     """Odds of each rival against the chosen: worse fits fade by the tolerance of form, finer forms by parsimony.
 
-    The better a finer form fits, within what the chosen one may fit worse, the less its parameters count against it.
+    As last compared, with most of the other names there; what is named too is no rival. The better a finer form fits,
+    within what the chosen one may fit worse, the less its parameters count against it.
     """
-    chosen = next(t for t in move.rivals if t.name == name)
+    compared = found.compared[name]
+    chosen = next(t for t in compared if t.name == name)
     weights = {}
-    for t in move.rivals:
-        if t.name != name:
+    for t in compared:
+        if t.name not in found.names:
             worse = max(t.excess - chosen.excess, 0.0) / allowance(chosen, t)
             better = min(max(chosen.excess - t.excess, 0.0) / allowance(t, chosen), 1.0)
             finer = max(complexity(t) - complexity(chosen), 0.0) * (1.0 - better)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
@@ -63,6 +63,7 @@ class Search:
     given: Model  # the base with the values it came with
     base_excess: float = 0.0  # before any name, the base's own curves refined
     moves: tuple[Move, ...] = field(default=())
+    compared: Mapping[str, tuple[Trial, ...]] = field(default_factory=dict)  # each name and its rivals, when last tried
 
 
 def search(
@@ -167,6 +168,7 @@ def _add(state: Search, records: Sequence[Record], at_least: float, but: Collect
         names=(*state.names, chosen.name),
         excess=chosen.excess,
         moves=(*state.moves, move),
+        compared={**state.compared, chosen.name: tuple(found)},
     )
 
 
@@ -193,6 +195,8 @@ def _settle(state: Search, records: Sequence[Record]) -> Search:
         own = choose([t for t in found if t.name == name])
         if own is not None and own.excess < state.excess - 10.0:  # the fit had stuck
             state = replace(state, fit=own.fit, excess=own.excess)
+        if own is not None:
+            state = replace(state, compared={**state.compared, name: tuple(found)})
         best = choose(found)
         if best is not None and best.name != name and _replaces(best, name, found, state):
             move = Move(
@@ -200,8 +204,9 @@ def _settle(state: Search, records: Sequence[Record]) -> Search:
                 excess_after=best.excess, rivals=tuple(found),
             )  # fmt: skip
             state = replace(
-                state, fit=best.fit, names=(*others, best.name), excess=best.excess, moves=(*state.moves, move)
-            )
+                state, fit=best.fit, names=(*others, best.name), excess=best.excess, moves=(*state.moves, move),
+                compared={**state.compared, best.name: tuple(found)},
+            )  # fmt: skip
     return state
 
 

@@ -26,6 +26,7 @@ SINGLES = (7, 10, 14, 24)
         ("single", 11018),  # play in a joint whose halves meet softly, by the measure of so small a machine
         ("single", 11078),  # a lag after reversals makes a tone near that of the mains
         ("pair", 1),
+        ("pair", 11010),  # a spring, and a lag after reversals that alone would pass for most of it
         ("unknown", 4),
         ("null", 2),
         ("null", 19),  # its base turns over more gently than the canonical form: a finer curve, not a missing effect
@@ -34,6 +35,8 @@ SINGLES = (7, 10, 14, 24)
 def test_what_is_hidden_is_named_and_what_is_not_is_not(kind: str, seed: int) -> None:
     outcome = judge(kind, seed)
     assert right(outcome), (outcome["true"], outcome["names"], outcome["verdict"])
+    for said in outcome["alternatives"].values():
+        assert not said.keys() & outcome["names"].keys(), "what is named too is no alternative"
     if kind in ("single", "pair"):
         assert outcome["held_out"]["closed"] > 0.9
         assert outcome["against_truth"] < 1.2
