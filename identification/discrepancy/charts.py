@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
+from identification.discrepancy.excess import excess_of
 from identification.discrepancy.explanation import Explanation, Traces
 from identification.physical.catalogue import CATALOGUE
 
@@ -25,18 +26,43 @@ _LAYOUT = {
 
 
 def ladder(e: Explanation) -> go.Figure:
-    """Gap at each step, training and held-out, against the noise floor."""
+    """Gap at each step, training and held-out, with its 95 % interval, against the noise floor."""
     steps = ["as given", "parameters refitted", "with the named effects" if e.effects else "final"]
     figure = go.Figure()
     for gaps, label, colour in ((e.train, "training runs", "#9ab7bd"), (e.held_out, "held-out runs", FINAL)):
-        values = [gaps.as_given, gaps.base_refitted, gaps.final]
-        figure.add_bar(x=steps, y=values, name=label, marker_color=colour, text=[f"{v:.3g} N" for v in values])
-    floor = [e.held_out.noise_floor] * len(steps)
-    line = {"dash": "dash", "color": NOISE}
-    figure.add_scatter(x=steps, y=floor, name=f"noise floor {floor[0]:.3g} N", mode="lines", line=line)
+        traces = [t for t in e.traces if t.held_out == (gaps is e.held_out)]
+        values = np.array([gaps.as_given, gaps.base_refitted, gaps.final])
+        ends = [interval_of_rms(rests) for rests in zip(*(_rests(t) for t in traces), strict=True)]
+        low, high = np.array(ends).T
+        error = {"type": "data", "symmetric": False, "array": high - values, "arrayminus": values - low,
+                 "color": MEASURED, "thickness": 1.2}  # fmt: skip
+        figure.add_bar(x=steps, y=values, name=label, offsetgroup=label, marker_color=colour, error_y=error)
+        figure.add_scatter(x=steps, y=high, offsetgroup=label, mode="text", text=[f"{v:.3g} N" for v in values],
+                           textposition="top center", showlegend=False, hoverinfo="skip")  # fmt: skip
+    floor, line = e.held_out.noise_floor, {"dash": "dash", "color": NOISE}
+    figure.add_hline(y=floor, line=line)
+    figure.add_scatter(x=[None], y=[None], name=f"noise floor {floor:.3g} N", mode="lines", line=line)
     figure.update_yaxes(title="rms of measured − simulated, N", type="log" if _wide(e) else "linear")
-    figure.update_layout(title="How the gap shrinks", barmode="group", height=380, **_LAYOUT)
+    figure.update_layout(title="How the gap shrinks, with 95 % intervals", barmode="group", scattermode="group",
+                         height=380, **_LAYOUT)  # fmt: skip
     return figure
+
+
+def _rests(t: Traces) -> list[list[Floats]]:
+    """What each step leaves of a record, N, in stretches of a period, or a tenth of a record that has none."""
+    size = t.record.measured.size
+    cuts = np.arange(0, size, t.record.period or -(-size // 10))[1:]
+    return [np.split(t.record.measured - force, cuts) for force in (t.as_given, t.refitted, t.final)]
+
+
+def interval_of_rms(rests: Sequence[Sequence[Floats]]) -> tuple[float, float]:
+    """95 % interval of the rms over all stretches of all records, from the scatter of its square between them."""
+    stretches = [e for record in rests for e in record]
+    energy, size = (np.array([f(e) for e in stretches]) for f in (lambda e: float(np.sum(e**2)), len))
+    mean = float(np.sum(energy) / np.sum(size))
+    few = energy.size / max(energy.size - 1, 1)
+    half = 1.96 * float(np.sqrt(few * np.sum((energy - mean * size) ** 2)) / np.sum(size))
+    return float(np.sqrt(max(mean - half, 0.0))), float(np.sqrt(mean + half))
 
 
 def _wide(e: Explanation) -> bool:
@@ -168,21 +194,26 @@ def map_of_gap(e: Explanation) -> go.Figure:
 
 
 def rivals(e: Explanation) -> go.Figure | None:
-    """For the first name: the gap that each candidate left after everything was fitted again."""
-    moves = [m for m in e.moves if m.rivals]
-    if not moves:
+    """For each name what its rivals left in its place, every other name there; without names, for the first move."""
+    panels = {CATALOGUE[n].title: (c.rivals, excess_of(c.without)) for n, c in e.compared.items()}
+    if not panels and e.moves:
+        panels = {"an effect without a name": (e.moves[0].rivals, e.moves[0].excess_before)}
+    if not panels:
         return None
-    ranked = sorted(moves[0].rivals, key=lambda t: t.excess, reverse=True)
-    left = [100.0 * max(t.excess, 0.0) / moves[0].excess_before for t in ranked]
-    named = {f.element for f in e.effects}
-    figure = go.Figure(
-        go.Bar(
+    titles = [f"in the place of {title}" for title in panels]
+    figure = make_subplots(rows=len(panels), cols=1, subplot_titles=titles, vertical_spacing=0.28 / len(panels))
+    for row, (tried, before) in enumerate(panels.values(), start=1):
+        ranked = sorted((t for t in tried if t.excess < before), key=lambda t: t.excess, reverse=True)
+        left = [100.0 * max(t.excess, 0.0) / before for t in ranked]
+        figure.add_bar(
             x=left, y=[CATALOGUE[t.name].title for t in ranked], orientation="h", text=[f"{q:.1f} %" for q in left],
-            marker_color=[FINAL if t.name in named else "#c9c9c9" for t in ranked],
-        )
-    )  # fmt: skip
-    figure.update_xaxes(title="share of the gap's energy that is left, %")
-    figure.update_layout(title="What each candidate would leave", height=90 + 44 * len(ranked), **_LAYOUT)
+            marker_color=[FINAL if t.name in e.compared else "#c9c9c9" for t in ranked], row=row, col=1,
+        )  # fmt: skip
+        figure.update_xaxes(range=[0.0, 100.0], row=row, col=1)
+    figure.update_xaxes(title="share of the gap's energy that is left, %", row=len(panels), col=1)
+    bars = sum(len(tried) for tried, _ in panels.values())
+    figure.update_layout(title="What each candidate would leave", height=120 + 60 * len(panels) + 30 * bars,
+                         showlegend=False, **_LAYOUT)  # fmt: skip
     return figure
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.discrepancy.excess import contribution
-from identification.discrepancy.naming import Move, Search
+from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import orthonormal
 from identification.discrepancy.trials import CURVES, allowance, complexity
 from identification.errors import SimulationError
@@ -52,7 +52,6 @@ class Evidence:
     left: float  # share of the base's gap energy that all names together leave
     confidence: float
     alternatives: tuple[tuple[str, float], ...]
-    gap_before: float  # N, with every other name but this
     own_share: float  # of its signature: what no refit of the base could imitate
 
 
@@ -114,9 +113,13 @@ def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
             belief *= 1.0 - _logistic((_rewritten(found, records) - _REWRITTEN) / _REWRITTEN_SCALE)
         seen_by = int(np.sum(precision > _SEES * np.max(precision, initial=0.0)))
         belief *= {0: ONE_RUN, 1: ONE_RUN, 2: TWO_RUNS}.get(seen_by, 1.0)
+        others = {n: belief * w / total for n, w in weights.items()}
         if name in _ODD_CURVES and any(e.name in _BASE_CURVES for e in found.given.on("core")):
+            alike = _alike(found, name)
+            for n in alike:
+                others[n] += max(belief - BESIDE_A_CURVE, 0.0) / len(alike)
             belief = min(belief, BESIDE_A_CURVE)
-        ranked = sorted(weights.items(), key=lambda item: -item[1])[:3]
+        ranked = sorted(others.items(), key=lambda item: -item[1])[:3]
         out.append(
             Evidence(
                 name=name,
@@ -124,8 +127,7 @@ def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
                 spread=spread,
                 left=left,
                 confidence=belief / total,
-                alternatives=tuple((n, belief * w / total) for n, w in ranked if belief * w / total > 0.005),
-                gap_before=_rms_without(found, name, records),
+                alternatives=tuple((n, b) for n, b in ranked if b > 0.005),
                 own_share=float(np.sqrt(np.sum(precision) / max(contribution(found.fit.model, name, records), 1e-300))),
             )
         )
@@ -167,18 +169,13 @@ def _rewritten(found: Search, records: Sequence[Record]) -> float:
     return float(np.sqrt(moved / total)) if total > 0.0 else 0.0
 
 
-def _decisive(moves: Sequence[Move], name: str) -> Move:
-    """The last move that brought a name in."""
-    return [m for m in moves if m.kind in ("add", "swap") and m.name.endswith(name)][-1]
-
-
 def _rival_weights(found: Search, name: str) -> dict[str, float]:
     """Odds of each rival against the chosen: worse fits fade by the tolerance of form, finer forms by parsimony.
 
     As last compared, with most of the other names there; what is named too is no rival. The better a finer form fits,
     within what the chosen one may fit worse, the less its parameters count against it.
     """
-    compared = found.compared[name]
+    compared = found.compared[name].rivals
     chosen = next(t for t in compared if t.name == name)
     weights = {}
     for t in compared:
@@ -190,11 +187,12 @@ def _rival_weights(found: Search, name: str) -> dict[str, float]:
     return weights
 
 
-def _rms_without(found: Search, name: str, records: Sequence[Record]) -> float:
-    move = _decisive(found.moves, name)
-    samples = sum(r.measured.size for r in records)
-    noise = float(np.sqrt(np.mean([r.sigma**2 for r in records])))
-    return noise * float(np.sqrt(1.0 + max(move.excess_before, 0.0) / samples))
+def _alike(found: Search, name: str) -> list[str]:
+    """Other curves that fit as well as the one named, and are less simple."""
+    compared = found.compared[name].rivals
+    chosen = next(t for t in compared if t.name == name)
+    curves = [t for t in compared if t.name in _ODD_CURVES and t.name not in found.names]
+    return [t.name for t in curves if t.excess <= chosen.excess + allowance(chosen, t)]
 
 
 def _logistic(x: float) -> float:

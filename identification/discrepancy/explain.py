@@ -189,11 +189,12 @@ def _conclude(given: Model, named: _Named, say: Progress) -> Explanation:
     left = _left_over(found, hum, quiet)
     verdict = _verdict(found, names, left, quiet)
     regions, profiles = locate([r.measured - predict(base.model, r)[0] for r in quiet], quiet)
-    effects = _effects(final, found, evidence, hum, in_train, len(train))
+    effects = _effects(final, found, evidence, hum, in_train, train)
     if verdict == Verdict.NO_DISCREPANCY:
         effects, regions = (), []
     say("designing the next test", 0.95)
-    next_test = propose(found, quiet) if _in_doubt(verdict, effects, len(train)) else NextTest()
+    doubted = min(evidence, key=lambda e: e.confidence).name if evidence else None
+    next_test = propose(found, doubted, quiet) if _in_doubt(verdict, effects, len(train)) else NextTest()
     return Explanation(
         verdict=verdict,
         effects=effects,
@@ -208,6 +209,7 @@ def _conclude(given: Model, named: _Named, say: Progress) -> Explanation:
         base=full_base,
         model=replace(final.model, name=_name(given, names)),
         moves=found.moves,
+        compared={name: found.compared[name] for name in found.names},
         traces=tuple(traces),
         notes=(
             *of_runs(train, held),
@@ -233,12 +235,16 @@ def _trace(record: Record, given: Model, base: Model, final: Model, *, held_out:
 
 def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> bool:
     """Whether something repeatable stays that neither noise nor the form of what was named can answer for."""
-    samples = sum(r.measured.size for r in records)
     form = misshapen(found.fit.model, found.names, records, found.base_excess - found.excess)
     if hum is not None:
         form += FORM_TOLERANCE**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
-    floor = max(material_excess(records), significant_excess(records), _NEAR_FLOOR**2 * samples)
-    return found.excess > floor + form
+    return found.excess > _unseen(records) + form
+
+
+def _unseen(records: Sequence[Record]) -> float:
+    """Excess that matters to nobody, may be chance, or can't be told from the noise run by run."""
+    samples = sum(r.measured.size for r in records)
+    return max(material_excess(records), significant_excess(records), _NEAR_FLOOR**2 * samples)
 
 
 def _verdict(found: Search, names: Sequence[str], left: bool, records: Sequence[Record]) -> Verdict:
@@ -249,19 +255,32 @@ def _verdict(found: Search, names: Sequence[str], left: bool, records: Sequence[
 
 
 def _effects(
-    final: Fit, found: Search, evidence: Sequence[Evidence], hum: Hum | None, train: Gaps, records: int
+    final: Fit,
+    found: Search,
+    evidence: Sequence[Evidence],
+    hum: Hum | None,
+    gaps: Gaps,
+    records: Sequence[Record],
 ) -> tuple[Effect, ...]:
-    out, gap_after = [], train.final
-    for k, e in enumerate(evidence):
-        after = evidence[k + 1].gap_before if k + 1 < len(evidence) else gap_after
+    out, gap_after = [], gaps.final
+    for e in evidence:
         element = next(x for x in reversed(final.model.elements) if x.name == e.name)
-        out.append(_effect(element, e.confidence, e.alternatives, e.gap_before, min(after, e.gap_before), e))
+        before = max(_gap(found.compared[e.name].without.model, hum, records), gap_after)
+        out.append(_effect(element, e.confidence, e.alternatives, before, gap_after, e))
     if hum is not None:
         element = next(x for x in final.model.elements if x.name == "mains_hum")
         before = float(np.hypot(gap_after, hum.amplitude / np.sqrt(2.0)))
-        belief = {1: ONE_RUN, 2: TWO_RUNS}.get(records, 0.99)
+        belief = {1: ONE_RUN, 2: TWO_RUNS}.get(len(records), 0.99)
         out.append(_effect(element, belief, (), before, gap_after, None))
     return tuple(out)
+
+
+def _gap(model: Model, hum: Hum | None, records: Sequence[Record]) -> float:
+    """What a model leaves beside the hum, N rms."""
+    rests = [r.measured - predict(model, r)[0] for r in records]
+    if hum is not None:
+        rests = [e - hum_in(r, e, hum)[r.window] for r, e in zip(records, rests, strict=True)]
+    return float(np.sqrt(np.mean(np.concatenate(rests) ** 2)))
 
 
 def _effect(
@@ -289,11 +308,13 @@ def _effect(
 
 
 def _remainder(verdict: Verdict, found: Search, records: Sequence[Record], regions: Sequence[Region]) -> str:
-    if verdict in (Verdict.NO_DISCREPANCY, Verdict.EXPLAINED):
-        return ""
     samples = sum(r.measured.size for r in records)
     noise = float(np.sqrt(np.mean([r.sigma**2 for r in records])))
     size = noise * float(np.sqrt(max(found.excess, 0.0) / samples))
+    if verdict == Verdict.NO_DISCREPANCY or found.excess <= _unseen(records):
+        return ""
+    if verdict == Verdict.EXPLAINED:
+        return f"{size:.3g} N rms stays, no more than the canonical forms of the named effects may miss of real ones"
     where = regions[0].text if regions else "spread over all runs"
     like = describe(records, tangent(found.fit.model, records)).text
     if verdict == Verdict.UNKNOWN_EFFECT:

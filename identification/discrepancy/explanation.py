@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.discrepancy.evidence import Evidence
-from identification.discrepancy.naming import Move
+from identification.discrepancy.naming import Compared, Move
 from identification.discrepancy.where import Profile, Region
 from identification.fitting.leastsquares import Fit
 from identification.physical.model import Model
@@ -56,8 +56,8 @@ class Effect:
     confidence: float
     parameters: Mapping[str, tuple[float, float | None, str]]  # name → value, standard deviation, unit
     alternatives: tuple[tuple[str, float], ...]
-    gap_before: float  # N
-    gap_after: float  # N
+    gap_before: float  # N rms on the training runs, with every other name but this
+    gap_after: float  # N rms, with all
     evidence: Evidence | None
 
 
@@ -97,6 +97,7 @@ class Explanation:
     base: Fit
     model: Model
     moves: tuple[Move, ...]
+    compared: Mapping[str, Compared]
     traces: tuple[Traces, ...]
     notes: tuple[str, ...]
 

@@ -54,6 +54,14 @@ class Move:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Compared:
+    """A name beside its rivals, every other name there: its own trial is among them."""
+
+    without: Fit  # the best without it
+    rivals: tuple[Trial, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Search:
     """State of the search: the fitted model, the names in it, and the moves that led there."""
 
@@ -63,7 +71,7 @@ class Search:
     given: Model  # the base with the values it came with
     base_excess: float = 0.0  # before any name, the base's own curves refined
     moves: tuple[Move, ...] = field(default=())
-    compared: Mapping[str, tuple[Trial, ...]] = field(default_factory=dict)  # each name and its rivals, when last tried
+    compared: Mapping[str, Compared] = field(default_factory=dict)  # each name, as it was last tried
 
 
 def search(
@@ -168,7 +176,7 @@ def _add(state: Search, records: Sequence[Record], at_least: float, but: Collect
         names=(*state.names, chosen.name),
         excess=chosen.excess,
         moves=(*state.moves, move),
-        compared={**state.compared, chosen.name: tuple(found)},
+        compared={**state.compared, chosen.name: Compared(without=state.fit, rivals=tuple(found))},
     )
 
 
@@ -195,8 +203,8 @@ def _settle(state: Search, records: Sequence[Record]) -> Search:
         own = choose([t for t in found if t.name == name])
         if own is not None and own.excess < state.excess - 10.0:  # the fit had stuck
             state = replace(state, fit=own.fit, excess=own.excess)
-        if own is not None:
-            state = replace(state, compared={**state.compared, name: tuple(found)})
+        rivals = state.compared[name].rivals if own is None else tuple(found)
+        state = replace(state, compared={**state.compared, name: Compared(without=rest, rivals=rivals)})
         best = choose(found)
         if best is not None and best.name != name and _replaces(best, name, found, state):
             move = Move(
@@ -205,7 +213,7 @@ def _settle(state: Search, records: Sequence[Record]) -> Search:
             )  # fmt: skip
             state = replace(
                 state, fit=best.fit, names=(*others, best.name), excess=best.excess, moves=(*state.moves, move),
-                compared={**state.compared, best.name: tuple(found)},
+                compared={**state.compared, best.name: Compared(without=rest, rivals=tuple(found))},
             )  # fmt: skip
     return state
 

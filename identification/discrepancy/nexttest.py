@@ -32,8 +32,8 @@ _SAME = 0.05  # motions that differ less in every respect are one test
 _SHORT_S = 15.0  # of motion: where nothing is suspected, no more is asked for
 
 
-def propose(found: Search, records: Sequence[Record]) -> NextTest:
-    """The design, within the motion that the rig has shown, that splits the best two explanations.
+def propose(found: Search, doubted: str | None, records: Sequence[Record]) -> NextTest:
+    """The design, within the motion that the rig has shown, that splits the name most in doubt from its best rival.
 
     Its worth is ‖(I − QQᵀ)(F_a − F_b)‖ over the data there are and the new run, whitened: the difference that no refit
     of the rival could absorb (T-optimality, Atkinson & Fedorov, 1975), rms over the run, by the second of motion: what
@@ -41,7 +41,7 @@ def propose(found: Search, records: Sequence[Record]) -> NextTest:
     one that was kept back may be asked for again. A name without a rival is set against the model without it; where
     nothing was named, the design is the one least like the runs so far.
     """
-    pair = _apart(found)
+    pair = _apart(found, doubted)
     if pair is None:
         return _explore(_unseen(records), records)
     best, rival, words = pair
@@ -61,17 +61,16 @@ def propose(found: Search, records: Sequence[Record]) -> NextTest:
     )
 
 
-def _apart(found: Search) -> tuple[Model, Model, str] | None:
+def _apart(found: Search, doubted: str | None) -> tuple[Model, Model, str] | None:
     """The two models that a test should split, and what it would tell."""
-    rivals = _rivals(found)
+    rivals = _rivals(found, doubted)
     if len(rivals) > 1:
         one, other = (CATALOGUE[r.name].title for r in rivals)
         return rivals[0].fit.model, rivals[1].fit.model, f"tells {one} from {other}"
-    if not found.names:
+    if doubted is None:
         return None
-    name = found.names[-1]
-    without = found.fit.model.without(name)
-    return found.fit.model, without, f"bears out {CATALOGUE[name].title}"
+    without = found.fit.model.without(doubted)
+    return found.fit.model, without, f"bears out {CATALOGUE[doubted].title}"
 
 
 def _explore(unseen: Sequence[Imagined], records: Sequence[Record]) -> NextTest:
@@ -109,11 +108,13 @@ def _seconds(config: Mapping[str, Any]) -> float:
     return excitation.samples / excitation.sample_rate_hz
 
 
-def _rivals(found: Search) -> list[Trial]:
+def _rivals(found: Search, doubted: str | None) -> list[Trial]:
+    """The trial of the name in doubt and the best of the others; where no name held, the best two of the last."""
+    if doubted is not None:
+        tried = [t for t in found.compared[doubted].rivals if t.name == doubted or t.name not in found.names]
+        return sorted(tried, key=lambda t: (t.name != doubted, t.excess))[:2]
     adds = [m for m in found.moves if m.rivals]
-    if not adds:
-        return []
-    return sorted(adds[-1].rivals, key=lambda t: t.excess)[:2]
+    return sorted(adds[-1].rivals, key=lambda t: t.excess)[:2] if adds else []
 
 
 def library(records: Sequence[Record]) -> list[Mapping[str, Any]]:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import html
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
 import plotly.graph_objects as go
 
 from identification.discrepancy import charts
-from identification.discrepancy.explanation import Explanation, Verdict, report_data
+from identification.discrepancy.excess import excess_of
+from identification.discrepancy.explanation import Effect, Explanation, Verdict, report_data
+from identification.discrepancy.trials import Trial, allowance
 from identification.physical.catalogue import CATALOGUE
 from identification.physical.modelfile import write_model
 from rigctl.durable import replacing
@@ -27,6 +30,8 @@ _VERDICTS = {
     Verdict.PARTLY_EXPLAINED: ("Partly explained", "The named effects shrink the gap; something repeatable stays."),
     Verdict.UNKNOWN_EFFECT: ("Unknown effect", "There is a repeatable gap that no element of the catalogue explains."),
 }
+
+_BUT_FOR_FORM = "The named effects close the gap, but for what their canonical forms may miss of real ones."
 
 _STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;color:#1b1b1b;max-width:1080px;margin:2rem auto;padding:0 1.2rem}
@@ -88,9 +93,7 @@ def report_body(e: Explanation, *, reproduce: str = "", plotly: bool = True) -> 
         _section("Measured against simulated, before and after", _plots(before_after, False)),
         _section("Evidence, and what was ruled out", _plots(evidence, False) + _ruled_out(e)) if evidence else "",
         _section("What stays", f"<p>{html.escape(e.remainder)}</p>") if e.remainder else "",
-        _section("The next test", f"<p>{html.escape(e.next_test.text)}</p><pre>{_json(e)}</pre>")
-        if e.next_test.text
-        else "",
+        _section("The next test", f"<p>{html.escape(e.next_test.text)}</p>{_design(e)}") if e.next_test.text else "",
         _section("How far the base moved", _base_table(e)),
         _section("How each run was read", "<ul>" + "".join(f"<li>{html.escape(n)}</li>" for n in e.notes) + "</ul>"),
         _section("Make this report again", f"<p><code>{html.escape(reproduce)}</code></p>") if reproduce else "",
@@ -98,8 +101,9 @@ def report_body(e: Explanation, *, reproduce: str = "", plotly: bool = True) -> 
     return "".join(parts)
 
 
-def _json(e: Explanation) -> str:
-    return html.escape(json.dumps(dict(e.next_test.design), indent=2))
+def _design(e: Explanation) -> str:
+    design = dict(e.next_test.design)
+    return f"<pre>{html.escape(json.dumps(design, indent=2))}</pre>" if design else ""
 
 
 def _section(title: str, content: str) -> str:
@@ -122,6 +126,8 @@ def _plots(figures: Iterable[go.Figure], plotly: bool) -> str:
 
 def _banner(e: Explanation) -> str:
     name, meaning = _VERDICTS[e.verdict]
+    if e.verdict == Verdict.EXPLAINED and e.remainder:
+        meaning = _BUT_FOR_FORM
     lines = "".join(
         f'<div class="effect"><b>{html.escape(CATALOGUE[f.element].title)}</b> on the {f.path} path, '
         f"confidence {100 * f.confidence:.0f} %: {html.escape(_main_value(f.parameters))}</div>"
@@ -166,11 +172,25 @@ def _effects_table(e: Explanation) -> str:
             f"{100 * f.confidence:.0f} %",
             _main_value(f.parameters),
             f"{f.gap_before:.3g} → {f.gap_after:.3g} N",
-            ", ".join(f"{CATALOGUE[n].title} {100 * c:.0f} %" for n, c in f.alternatives) or "none worth naming",
+            _alternatives(e, f),
         )
         for f in e.effects
     ]
-    return _table(("effect", "path", "equation", "confidence", "parameters", "gap", "could also be"), rows)
+    return _table(
+        ("effect", "path", "equation", "confidence", "parameters", "gap without → with it", "could also be"), rows
+    )
+
+
+def _alternatives(e: Explanation, f: Effect) -> str:
+    """What the effect could be instead, by likelihood; and what fits as well but is less simple."""
+    words = [f"{CATALOGUE[n].title} {100 * c:.0f} %" for n, c in f.alternatives]
+    tried = e.compared[f.element].rivals if f.element in e.compared else ()
+    own = [t for t in tried if t.name == f.element]
+    known = {f.element, *(n for n, _ in f.alternatives), *e.compared}
+    alike = [t for t in tried if t.name not in known and t.excess <= own[0].excess + allowance(own[0], t)]
+    if alike:
+        words.append(f"as good a fit, less simple: {', '.join(CATALOGUE[t.name].title for t in alike)}")
+    return "; ".join(words) or "none worth naming"
 
 
 def _where_list(e: Explanation) -> str:
@@ -178,17 +198,38 @@ def _where_list(e: Explanation) -> str:
 
 
 def _ruled_out(e: Explanation) -> str:
+    """Every candidate that no name is left of, where it came closest."""
     named = {f.element for f in e.effects}
-    rows = []
-    for move in e.moves:
-        for t in sorted(move.rivals, key=lambda t: t.excess):
-            if t.name not in named:
-                left = 100.0 * max(t.excess, 0.0) / max(move.excess_before, 1e-300)
-                rows.append((CATALOGUE[t.name].title, f"{left:.1f} %", f"{100 * t.screened:.0f} %", str(t.parameters)))
+    closest: dict[str, tuple[float, Trial, str]] = {}
+    for left, trial, beside in _tried(e):
+        if trial.name not in named and left < closest.get(trial.name, (np.inf,))[0]:
+            closest[trial.name] = (left, trial, beside)
+    rows = [
+        (CATALOGUE[t.name].title, beside, f"{100.0 * left:.1f} %" if left < 1.0 else "all of it",
+         f"{100 * t.screened:.0f} %", str(t.parameters))
+        for left, t, beside in sorted(closest.values(), key=lambda row: row[0])
+    ]  # fmt: skip
     if not rows:
         return ""
-    head = ("ruled out", "energy of the gap left after a full fit", "promised by its signature", "parameters")
+    head = (
+        "tried, not named",
+        "beside",
+        "energy of the gap left after a full fit",
+        "promised by its signature",
+        "parameters",
+    )
     return _table(head, rows)
+
+
+def _tried(e: Explanation) -> Iterator[tuple[float, Trial, str]]:
+    """Share of the gap that each candidate left, and what stood beside it: what is named in the end, or nothing yet."""
+    for name, compared in e.compared.items():
+        beside = ", ".join(CATALOGUE[n].title for n in e.compared if n != name) or "the base alone"
+        for t in compared.rivals:
+            yield max(t.excess, 0.0) / max(excess_of(compared.without), 1e-300), t, beside
+    for move in e.moves[:1]:
+        for t in move.rivals:
+            yield max(t.excess, 0.0) / max(move.excess_before, 1e-300), t, "the base alone"
 
 
 def _base_table(e: Explanation) -> str:

@@ -11,8 +11,10 @@ from benchmarks.explain.judge import answer, judge
 from benchmarks.explain.summary import right
 from benchmarks.hidden import case
 from identification.discrepancy import explain
+from identification.fitting.leastsquares import fit_records
 from identification.physical.model import Element, Model
 from identification.physical.modelfile import model_from_json
+from identification.record import record_from_run
 from rigctl.runfile import Run
 
 SINGLES = (7, 10, 14, 24)
@@ -40,6 +42,16 @@ def test_what_is_hidden_is_named_and_what_is_not_is_not(kind: str, seed: int) ->
     if kind in ("single", "pair"):
         assert outcome["held_out"]["closed"] > 0.9
         assert outcome["against_truth"] < 1.2
+
+
+def test_each_of_several_names_says_what_the_gap_is_without_it() -> None:
+    hidden = case(1, "pair")
+    found = explain(model_from_json(hidden.base_model), hidden.runs, hidden.held_out)
+    records = [record_from_run(r) for r in hidden.runs]
+    for effect in found.effects:
+        without = fit_records(found.model.without(effect.element), records)
+        assert effect.gap_before == pytest.approx(without.rms, rel=0.15)
+        assert effect.gap_after == found.train.final < effect.gap_before
 
 
 def size_of(unit: str, n: float, force: float, length: float, time: float) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from identification.discrepancy import Verdict, explain, naming, report_data, write_report
+from identification.discrepancy.charts import interval_of_rms
 from identification.discrepancy.excess import FORM_TOLERANCE, contribution, excess_of, misshapen
 from identification.discrepancy.notes import coarse, seated
 from identification.discrepancy.trials import DRY_FRICTIONS
@@ -143,6 +144,8 @@ def test_the_report_is_one_offline_page_and_its_model_reads_back(tmp_path: Path)
     parser = _Page()
     parser.feed(page.read_text(encoding="utf-8"))
     assert parser.outside == []
+    assert found.train.final == found.effects[0].gap_after < found.effects[0].gap_before
+    assert found.effects[0].gap_before < 1.01 * found.train.base_refitted  # less where its curves were refined
     assert json.loads((tmp_path / "report.json").read_text()) == json.loads(json.dumps(report_data(found)))
     model = read_model(tmp_path / "model.json")
     force = simulate_run(model, held[0])
@@ -150,6 +153,16 @@ def test_the_report_is_one_offline_page_and_its_model_reads_back(tmp_path: Path)
     rms = score_signals(held[0].channels["force"][settled], force[settled]).rms
     assert rms < 1.1 * found.held_out.noise_floor
     assert sorted(p.name for p in tmp_path.iterdir()) == ["model.json", "report.html", "report.json"]
+
+
+def test_the_interval_of_a_gap_holds_what_it_is_the_gap_of() -> None:
+    rng = np.random.default_rng(4)
+    size = (400, 3, 20, 50)  # draws, records, stretches, samples
+    drawn = rng.normal(size=size) * rng.gamma(9.0, 1.0, size=(400, 3, 20, 1)) ** 0.5
+    ends = np.array([interval_of_rms([list(record) for record in one]) for one in drawn])
+    holds = (ends[:, 0] < 3.0) & (ends[:, 1] > 3.0)
+    assert 0.90 < np.mean(holds) < 0.98
+    assert interval_of_rms([[np.full(5, 2.0)]]) == (2.0, 2.0)
 
 
 def test_runs_that_do_not_belong_together_are_refused_by_name() -> None:
