@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.discrepancy.aliases import aliases
 from identification.discrepancy.evidence import Evidence
 from identification.discrepancy.naming import Compared, Move
 from identification.discrepancy.where import Profile, Region
@@ -128,7 +129,7 @@ def report_data(e: Explanation) -> dict[str, Any]:
             "train": [t.record.name for t in e.traces if not t.held_out],
             "held_out": [t.record.name for t in e.traces if t.held_out],
         },
-        "notes": list(e.notes),
+        "notes": [*e.notes, *aliases([f.element for f in e.effects])],
     }
 
 

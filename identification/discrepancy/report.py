@@ -11,6 +11,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from identification.discrepancy import charts
+from identification.discrepancy.aliases import aliases
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.explanation import Effect, Explanation, Verdict, report_data
 from identification.discrepancy.trials import Trial, allowance
@@ -86,7 +87,7 @@ def report_body(e: Explanation, *, reproduce: str = "", plotly: bool = True) -> 
         f"<h1>{html.escape(e.given.name or 'Simulation')}</h1>",
         _banner(e),
         _plots(figures, plotly),
-        _section("Named effects", _effects_table(e)) if e.effects else "",
+        _section("Named effects", _effects_table(e) + _aliases(e)) if e.effects else "",
         _section("Where the simulation and the measurement disagree", _where_list(e) + _plots(where, False))
         if where
         else "",
@@ -191,6 +192,11 @@ def _alternatives(e: Explanation, f: Effect) -> str:
     if alike:
         words.append(f"as good a fit, less simple: {', '.join(CATALOGUE[t.name].title for t in alike)}")
     return "; ".join(words) or "none worth naming"
+
+
+def _aliases(e: Explanation) -> str:
+    lines = "".join(f"<li>{html.escape(text)}</li>" for text in aliases([f.element for f in e.effects]))
+    return f"<p>What no motion of the actuator can tell:</p><ul>{lines}</ul>" if lines else ""
 
 
 def _where_list(e: Explanation) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from identification.discrepancy import Verdict, explain, naming, report_data, write_report
+from identification.discrepancy.aliases import ALIASES, aliases
 from identification.discrepancy.charts import interval_of_rms
 from identification.discrepancy.excess import FORM_TOLERANCE, contribution, excess_of, misshapen
 from identification.discrepancy.notes import coarse, seated
@@ -19,6 +20,7 @@ from identification.errors import DataError
 from identification.fitting import fit
 from identification.fitting.leastsquares import fit_records
 from identification.measures import score_signals
+from identification.physical.catalogue import CATALOGUE
 from identification.physical.model import Model, element
 from identification.physical.modelfile import read_model
 from identification.record import compact, record_from_run
@@ -206,6 +208,15 @@ def test_two_dry_frictions_in_one_machine_are_given_one_name(settles: bool, monk
     grown = naming._grown(state, records)
     assert grown is not None
     assert len(DRY_FRICTIONS.intersection(grown.names)) == 1
+
+
+def test_an_effect_that_looks_like_a_fault_of_the_rig_comes_with_the_test_that_splits_them() -> None:
+    sensors = {n for n, spec in CATALOGUE.items() if spec.path == "sensor" and spec.starts is not None}
+    assert sensors <= ALIASES.keys() <= CATALOGUE.keys()
+    assert aliases(["coulomb_friction", "moving_mass"]) == [
+        f"{CATALOGUE['moving_mass'].title}: {ALIASES['moving_mass'].cause} would look the same in every run; "
+        f"to tell them apart, {ALIASES['moving_mass'].test}"
+    ]
 
 
 def test_a_stiffness_that_no_name_says_is_told() -> None:
