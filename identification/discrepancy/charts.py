@@ -11,6 +11,7 @@ from plotly.subplots import make_subplots
 
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.explanation import Explanation, Traces
+from identification.discrepancy.shapes import shapes
 from identification.physical.catalogue import CATALOGUE
 
 Floats = NDArray[np.float64]
@@ -215,6 +216,42 @@ def rivals(e: Explanation) -> go.Figure | None:
     figure.update_layout(title="What each candidate would leave", height=120 + 60 * len(panels) + 30 * bars,
                          showlegend=False, **_LAYOUT)  # fmt: skip
     return figure
+
+
+def shapes_of_names(e: Explanation) -> go.Figure | None:
+    """For each name the force that is missing without it, what it adds, and what its best rival would add."""
+    found = shapes(e)
+    if not found:
+        return None
+    columns = min(len(found), 2)
+    rows = -(-len(found) // columns)
+    titles = [f"{CATALOGUE[s.name].title}{_beside(s.rival)}" for s in found]
+    figure = make_subplots(rows=rows, cols=columns, subplot_titles=titles, vertical_spacing=0.34 / rows)
+    for k, s in enumerate(found):
+        place = {"row": k // columns + 1, "col": k % columns + 1}
+        x, unit = (s.centre * 1e3, "mm") if s.unit == "m" else (s.centre, s.unit)
+        lines = (
+            ("missing without it", s.missing, {"color": MEASURED, "width": 2.5}),
+            ("what the name adds", s.own, {"color": FINAL, "width": 2}),
+            ("what its best rival would add", s.other, {"color": REFITTED, "width": 1.5, "dash": "dash"}),
+        )
+        for label, force, line in lines:
+            if force is not None:
+                figure.add_scatter(x=x, y=force, mode="lines", name=label, legendgroup=label, showlegend=k == 0,
+                                   line=line, **place)  # fmt: skip
+        figure.update_xaxes(title=f"{s.variable.replace('_', ' ')}, {unit}", **place)
+        figure.update_yaxes(title="mean force, N", **place)
+    layout = {
+        **_LAYOUT,
+        "margin": {"l": 60, "r": 20, "t": 90, "b": 48},
+        "legend": {"orientation": "h", "y": -0.28 / rows},
+    }
+    figure.update_layout(title="What each name adds, where it shows best", height=110 + 330 * rows, **layout)
+    return figure
+
+
+def _beside(rival: str | None) -> str:
+    return "" if rival is None else f"<br><sup>rival: {CATALOGUE[rival].title}</sup>"
 
 
 def strengths(e: Explanation) -> go.Figure | None:

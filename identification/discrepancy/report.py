@@ -82,7 +82,7 @@ def report_body(e: Explanation, *, reproduce: str = "", plotly: bool = True) -> 
     figures = [charts.ladder(e)]
     where = [charts.map_of_gap(e), charts.profiles(e)] if e.verdict != Verdict.NO_DISCREPANCY else []
     before_after = [charts.loops(t) for t in held[:3]] + [charts.spectrum(held)]
-    evidence = [f for f in (charts.rivals(e), charts.strengths(e)) if f is not None]
+    evidence = [f for f in (charts.shapes_of_names(e), charts.rivals(e), charts.strengths(e)) if f is not None]
     parts = [
         f"<h1>{html.escape(e.given.name or 'Simulation')}</h1>",
         _banner(e),
