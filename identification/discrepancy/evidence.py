@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.discrepancy.excess import contribution
+from identification.discrepancy.excess import contribution, excess_of
 from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import orthonormal
 from identification.discrepancy.trials import CURVES, allowance, complexity
@@ -36,6 +36,9 @@ _LEFT_SCALE = 0.06
 _PART = 0.25  # of the belief goes where this share is left: something else is there too, or instead
 _PART_LEFT = 0.08
 _PART_SCALE = 0.015
+_POOR = 0.3  # of the belief goes where so much is left of what was missing without the name: a better one may be
+_POOR_LEFT = 0.25
+_POOR_SCALE = 0.04
 _REWRITTEN = 0.5  # share of its given force by which a base may change beside a curve: a third, and a half for luck
 _REWRITTEN_SCALE = 0.05
 _EVEN = 0.5  # odds of a form that fits as well and is no finer
@@ -109,6 +112,8 @@ def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
         belief = max(_steady(spread), _BUT_ONE * _steady(spread_of(*_without_the_oddest(values, precision))))
         belief *= 1.0 - 0.9 * _logistic((left - _LEFT_LIMIT) / _LEFT_SCALE)
         belief *= 1.0 - _PART * _logistic((left - _PART_LEFT) / _PART_SCALE)
+        alone = max(found.excess, 0.0) / max(excess_of(found.compared[name].without), 1e-300)
+        belief *= 1.0 - _POOR * _logistic((alone - _POOR_LEFT) / _POOR_SCALE)
         if name in CURVES:
             belief *= 1.0 - _logistic((_rewritten(found, records) - _REWRITTEN) / _REWRITTEN_SCALE)
         seen_by = int(np.sum(precision > _SEES * np.max(precision, initial=0.0)))

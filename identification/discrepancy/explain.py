@@ -28,9 +28,9 @@ from identification.discrepancy.explanation import (
     gaps_of,
 )
 from identification.discrepancy.hum import Hum, find_hum, hum_in
-from identification.discrepancy.naming import Search, one_joint, search
+from identification.discrepancy.naming import Search, one_delay, one_joint, search
 from identification.discrepancy.nexttest import propose
-from identification.discrepancy.notes import coarse, finer, of_runs, seated, tared_apart
+from identification.discrepancy.notes import coarse, finer, of_runs, tared_apart, unnamed
 from identification.discrepancy.preparation import prepared
 from identification.discrepancy.signatures import tangent
 from identification.discrepancy.where import Region, locate
@@ -115,7 +115,7 @@ def _named(
     say("looking for what is missing", 0.2)
     found = search(model, base, quiet, on_progress=lambda text: say(text, 0.4))
     found, evidence = _through_the_gates(found, quiet)
-    found = one_joint(found, quiet)
+    found = one_delay(one_joint(found, quiet))
     evidence = [e for e in evidence if e.name in found.names]
     return _Named(base=base, found=found, evidence=evidence, hum=hum, train=train, held=held, quiet=quiet)
 
@@ -214,7 +214,7 @@ def _conclude(given: Model, named: _Named, say: Progress) -> Explanation:
         notes=(
             *of_runs(train, held),
             *finer(base.model, found.fit.model),
-            *seated(base.model, final.model, names),
+            *unnamed(base.model, final.model, names),
             *tared_apart(traces),
             *coarse(final.model, quiet),
         ),

@@ -38,6 +38,8 @@ _CLOSES = 0.4  # an element that stands alone must close this share of the exces
 _EXPLAINED = 0.1  # share of the base's excess that several names together may leave
 _STEEL = 0.2  # of what a rigid contact is taken for
 _SEAT = 0.05  # of what a play does: as much as the ways in which its halves may meet differ
+_LATE = ("control_lag", "control_delay")
+_SMEARS = 0.3  # of a dead time: real ones are no sharper
 _MAX_EFFECTS = 4
 _MOST_MOVES = 12  # names that still come and go then are not there
 
@@ -106,6 +108,16 @@ def one_joint(state: Search, records: Sequence[Record]) -> Search:
     little = closed < _SEAT * contribution(state.fit.model, "free_play", records)
     seat = little or own.value("k") > _STEEL * RIGID_STIFFNESS
     return replace(state, names=tuple(n for n in state.names if not (seat and n == own.name)))
+
+
+def one_delay(state: Search) -> Search:
+    """The state without the name of a lag that only smears a dead time of the control, or the other way round."""
+    late = [state.fit.model.elements[last_of(state.fit.model, n)] for n in _LATE if n in state.names]
+    if len(late) < 2:
+        return state
+    less, more = sorted(late, key=lambda e: e.value("tau"))
+    smears = less.value("tau") < _SMEARS * more.value("tau")
+    return replace(state, names=tuple(n for n in state.names if not (smears and n == less.name)))
 
 
 def _needed(state: Search, records: Sequence[Record]) -> Search:
@@ -189,33 +201,40 @@ def _given(state: Search) -> Model:
 
 
 def _settle(state: Search, records: Sequence[Record]) -> Search:
-    """Swap each earlier name for a better one, given the latest, and drop those that it has made needless."""
-    for name in state.names[:-1]:
-        rest = _without(state.fit, name, records)
-        if rest is None:
-            continue
-        others = tuple(n for n in state.names if n != name)
-        form = FORM_TOLERANCE**2 * contribution(state.fit.model, name, records)
-        if excess_of(rest) <= state.excess + form + 10.0:
-            state = _dropped(state, name, rest)
-            continue
-        found = trials(rest, _given(state).without(name), records, incumbent=name)
-        own = choose([t for t in found if t.name == name])
-        if own is not None and own.excess < state.excess - 10.0:  # the fit had stuck
-            state = replace(state, fit=own.fit, excess=own.excess)
-        rivals = state.compared[name].rivals if own is None else tuple(found)
-        state = replace(state, compared={**state.compared, name: Compared(without=rest, rivals=rivals)})
-        best = choose(found)
-        if best is not None and best.name != name and _replaces(best, name, found, state):
-            move = Move(
-                kind="swap", name=f"{name} → {best.name}", excess_before=state.excess,
-                excess_after=best.excess, rivals=tuple(found),
-            )  # fmt: skip
-            state = replace(
-                state, fit=best.fit, names=(*others, best.name), excess=best.excess, moves=(*state.moves, move),
-                compared={**state.compared, best.name: Compared(without=rest, rivals=tuple(found))},
-            )  # fmt: skip
-    return state
+    """Swap each earlier name for a better one, given the latest, and drop those that it has made needless.
+
+    The latest was chosen beside the earlier ones: where one of them is another now, it is tried again too.
+    """
+    *earlier, latest = state.names
+    moves = len(state.moves)
+    for name in earlier:
+        state = _tried_again(state, name, records)
+    swapped = any(m.kind == "swap" for m in state.moves[moves:])
+    return _tried_again(state, latest, records) if swapped else state
+
+
+def _tried_again(state: Search, name: str, records: Sequence[Record]) -> Search:
+    """The state without a name, with it, or with a better one in its place."""
+    rest = _without(state.fit, name, records)
+    if rest is None:
+        return state
+    form = FORM_TOLERANCE**2 * contribution(state.fit.model, name, records)
+    if excess_of(rest) <= state.excess + form + 10.0:
+        return _dropped(state, name, rest)
+    found = trials(rest, _given(state).without(name), records, incumbent=name, beside=state.fit.model)
+    own = choose([t for t in found if t.name == name])
+    if own is not None and own.excess < state.excess - 10.0:  # the fit had stuck
+        state = replace(state, fit=own.fit, excess=own.excess)
+    rivals = state.compared[name].rivals if own is None else tuple(found)
+    state = replace(state, compared={**state.compared, name: Compared(without=rest, rivals=rivals)})
+    best = choose(found)
+    if best is None or best.name == name or not _replaces(best, name, found, state):
+        return state
+    move = Move(kind="swap", name=f"{name} → {best.name}", excess_before=state.excess, excess_after=best.excess,
+                rivals=tuple(found))  # fmt: skip
+    names = (*(n for n in state.names if n != name), best.name)
+    compared = {**state.compared, best.name: Compared(without=rest, rivals=tuple(found))}
+    return replace(state, fit=best.fit, names=names, excess=best.excess, moves=(*state.moves, move), compared=compared)
 
 
 def _dropped(state: Search, name: str, rest: Fit) -> Search:

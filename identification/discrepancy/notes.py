@@ -28,11 +28,15 @@ def finer(base: Model, fitted: Model) -> list[str]:
     ]
 
 
-def seated(base: Model, final: Model, names: Collection[str]) -> list[str]:
-    """What stiffness the halves of a joint with play meet with, where the model has it and no name says so."""
-    own = [e for e in final.elements if e.name == "series_compliance" and e.name not in names and not base.has(e.name)]
-    return [f"the halves of the joint with play meet with {e.value('k'):.3g} N/m: in the model, no effect of its own"
-            for e in own]  # fmt: skip
+def unnamed(base: Model, final: Model, names: Collection[str]) -> list[str]:
+    """What the model has of how a joint with play, or a dead time, departs from the ideal, and no name says."""
+    own = [e for e in final.elements if e.name not in names and not base.has(e.name)]
+    words = {
+        "series_compliance": lambda e: f"the halves of the joint with play meet with {e.value('k'):.3g} N/m",
+        "control_lag": lambda e: f"the dead time of the control is smeared by a lag of {e.value('tau'):.3g} s",
+        "control_delay": lambda e: f"the lag of the control sets in after {e.value('tau'):.3g} s",
+    }
+    return [f"{words[e.name](e)}: in the model, no effect of its own" for e in own if e.name in words]
 
 
 def coarse(model: Model, records: Sequence[Record]) -> list[str]:

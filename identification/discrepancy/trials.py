@@ -16,6 +16,7 @@ from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import FIT_ITERATIONS, FLAT, refined
 from identification.physical.catalogue import CATALOGUE
 from identification.physical.model import Element, Model
+from identification.physical.simulate import RIGID_STIFFNESS
 from identification.record import Record
 from identification.scales import scales_of
 
@@ -41,6 +42,7 @@ _ALIKE_WITHIN = 0.075  # the same where the simpler is a case of the richer: Bou
 _BUILD_UP = 0.02  # the same for how friction builds up, which both forms of friction follow
 _MISSES = 0.3  # or this share of what the best of them leaves, where no form fits well
 _OVERPOWERS = 3.0  # times the measured force
+_PLAY = 0.1  # of what its contact gives way under the rms force: less play does not show beside it
 _NO_LOOP = 0.02  # hysteresis with less offset of its branches is a plain curve: beside another, that one's correction
 _OPTIONAL = {
     ("series_compliance", "c"),
@@ -64,6 +66,7 @@ class Trial:
     screened: float  # the share its signature promised
     closed: float  # whitened energy by which it lowers the excess
     measured: float  # whitened energy of the measured force
+    force: float  # the measured force, N rms
 
 
 def trials(
@@ -72,14 +75,16 @@ def trials(
     records: Sequence[Record],
     *,
     incumbent: str | None = None,
+    beside: Model | None = None,
     least: float = 0.0,
     but: Collection[str] = (),
 ) -> list[Trial]:
     """The shortlist: elements whose signatures explain most of the residual, each inserted and fitted.
 
     All run a few iterations on the records that tell most; those that are then far behind run no further. With an
-    `incumbent`, only what promises nearly as much as that name does is tried: nothing, when it leads alone. What
-    promises less than the share `least` of the residual is left out, and so are the names in `but`.
+    `incumbent`, only what promises nearly as much as that name does is tried: nothing, when it leads alone; `beside` is
+    the model as fitted with it, from which one like it starts best. What promises less than the share `least` of the
+    residual is left out, and so are the names in `but`.
     """
     top = [(n, s) for n, s in _shortlist(start, records, but) if s[0][0] >= least]
     if incumbent is not None:
@@ -101,8 +106,23 @@ def trials(
             stuck and closed < FULFILS * promised * before
         )
 
+    def as_fitted(name: str, guess: Element) -> list[Model]:
+        if beside is None or incumbent is None:
+            return []
+        return [beside if name == incumbent else beside.without(incumbent).with_element(guess)]
+
     fitted = [
-        _fitted(start, given, name, starts, records, few, sprint, full=open_(sprint, starts[0][0]))
+        _fitted(
+            start,
+            given,
+            as_fitted(name, starts[0][1]),
+            name,
+            starts,
+            records,
+            few,
+            sprint,
+            full=open_(sprint, starts[0][0]),
+        )
         for name, starts in top
         if (sprint := sprints[name]) is not None
     ]
@@ -176,6 +196,7 @@ def _gap(fit: Fit, records: Sequence[Record]) -> float:
 def _fitted(
     start: Fit,
     given: Model,
+    others: Sequence[Model],
     name: str,
     starts: Sequence[tuple[float, Element]],
     records: Sequence[Record],
@@ -187,7 +208,7 @@ def _fitted(
     """Where it is worth a `full` one, go on from the sprint and from what other starts sprint to."""
     model, sprints = start.model, [sprint]
     if full:
-        sprints += filter(None, [_sprint(other, few) for other in _starts(model, given, starts)])
+        sprints += filter(None, [_sprint(other, few) for other in (*_starts(model, given, starts), *others)])
         best = min(sprints, key=_merit)
         if _dead(best, _excess_on(start, records, few)):
             # On a bound each time: the last resort is every guess on the base as given.
@@ -213,6 +234,7 @@ def _trial(fit: Fit, name: str, start: Fit, records: Sequence[Record], screened:
         screened=screened,
         closed=max(excess_of(start) - excess_of(fit), 0.0),
         measured=sum(float(np.dot(r.measured, r.measured)) / r.sigma**2 for r in records),
+        force=float(np.sqrt(np.mean(np.concatenate([r.measured for r in records]) ** 2))),
     )
 
 
@@ -259,7 +281,7 @@ def last_of(model: Model, name: str) -> int:
 
 def choose(found: Sequence[Trial]) -> Trial | None:
     """The simplest of those that explain the data as well as a canonical form can be expected to, if any."""
-    physical = [t for t in found if not (on_bound(t) or contradicts_itself(t) or overpowers(t))]
+    physical = [t for t in found if not (on_bound(t) or contradicts_itself(t) or overpowers(t) or is_no_play(t))]
     if not physical:
         return None
     best = min(physical, key=lambda t: t.excess)
@@ -312,6 +334,15 @@ def overpowers(trial: Trial) -> bool:
     spec = CATALOGUE[trial.name]
     parallel = spec.path == "core" and not spec.modifier
     return parallel and trial.contribution > _OVERPOWERS**2 * trial.measured
+
+
+def is_no_play(trial: Trial) -> bool:
+    """Whether a joint without a bush gives way in its contact by many times its play: that is a compliance."""
+    model = trial.fit.model
+    if trial.name != "free_play" or model.has("series_compliance"):
+        return False
+    gap = model.elements[last_of(model, "free_play")].value("gap")
+    return gap < _PLAY * trial.force / RIGID_STIFFNESS
 
 
 def on_bound(trial: Trial) -> bool:

@@ -14,8 +14,8 @@ from identification.discrepancy import Verdict, explain, naming, report_data, wr
 from identification.discrepancy.aliases import ALIASES, aliases
 from identification.discrepancy.charts import interval_of_rms
 from identification.discrepancy.excess import FORM_TOLERANCE, contribution, excess_of, misshapen
-from identification.discrepancy.notes import coarse, seated
-from identification.discrepancy.trials import DRY_FRICTIONS
+from identification.discrepancy.notes import coarse, unnamed
+from identification.discrepancy.trials import DRY_FRICTIONS, Trial, is_no_play
 from identification.errors import DataError
 from identification.fitting import fit
 from identification.fitting.leastsquares import fit_records
@@ -219,11 +219,27 @@ def test_an_effect_that_looks_like_a_fault_of_the_rig_comes_with_the_test_that_s
     ]
 
 
-def test_a_stiffness_that_no_name_says_is_told() -> None:
+def test_what_the_model_has_and_no_name_says_is_told() -> None:
     joint = (element("free_play", {"gap": 1e-4}), element("series_compliance", {"k": 2e7, "c": 0.0}))
-    worn = Model(name="worn", elements=(*joint, *BASE.elements))
-    assert "2e+07 N/m" in seated(BASE, worn, ("free_play",))[0]
-    assert seated(BASE, worn, ("free_play", "series_compliance")) == seated(worn, worn, ()) == []
+    valve = (element("control_delay", {"tau": 8e-3}), element("control_lag", {"tau": 1e-3}))
+    worn = Model(name="worn", elements=(*valve, *BASE.elements, *joint))
+    told = unnamed(BASE, worn, ("free_play", "control_delay"))
+    assert [text in " ".join(told) for text in ("2e+07 N/m", "0.001 s")] == [True, True]
+    assert len(told) == 2
+    assert unnamed(BASE, worn, [e.name for e in worn.elements]) == unnamed(worn, worn, ()) == []
+
+
+@pytest.mark.parametrize(("gap", "is_none"), [(1e-9, True), (1e-3, False)])
+def test_a_joint_that_gives_way_more_than_it_plays_is_a_compliance(gap: float, is_none: bool) -> None:
+    records = [compact(record_from_run(run("none", 0, 1)))]
+    worn = BASE.with_element(element("free_play", {"gap": gap}))
+    bushed = worn.with_element(element("series_compliance", {"k": 1e6, "c": 0.0}))
+    fit = fit_records(BASE, records, max_iterations=1)
+    force = float(np.sqrt(np.mean(records[0].measured ** 2)))
+    trial = Trial(name="free_play", fit=replace(fit, model=worn), excess=0.0, contribution=1.0, parameters=1,
+                  screened=1.0, closed=1.0, measured=1.0, force=force)  # fmt: skip
+    assert is_no_play(trial) is is_none
+    assert not is_no_play(replace(trial, fit=replace(fit, model=bushed)))
 
 
 @pytest.mark.parametrize("closed", [-1.0, 0.0, 1e3, 1e9])
