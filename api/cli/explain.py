@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -62,13 +63,18 @@ def explain(
         measured, kept = driven[: len(measured)], driven[len(measured) :]
     with progress_bar("explaining") as tell:
         found = explain_gap(base, measured, kept or None, on_progress=lambda text, done: tell(done, text))
-    write_report(found, output)
+    options = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "-o": [output]}
+    options |= {"--fmu-output": [fmu_output]} if fmu_output else {}
+    given = [text for option, values in options.items() for value in values or [] for text in (option, str(value))]
+    flags = ["--simulated"] if simulated else []
+    command = shlex.join(["damper-rig", "explain", str(model), *map(str, runs or []), *flags, *given])
+    write_report(found, output, reproduce=command)
     report = report_data(found)
     answer("\n".join([*in_words(report), str(output / "report.html")]), report, as_json=as_json)
 
 
 def in_words(report: Mapping[str, Any]) -> list[str]:
-    """The verdict, the names and the gap on held-out runs, a line each. Any: the JSON of the report."""
+    """The verdict, the names, the gap on held-out runs and the next test, a line each. Any: the JSON of the report."""
     gap = report["gap"]["held_out"]
     lines = [f"verdict: {report['verdict'].replace('_', ' ')}"]
     for effect in report["effects"]:
@@ -81,4 +87,6 @@ def in_words(report: Mapping[str, Any]) -> list[str]:
         f"held-out gap: {gap['as_given']:.4g} N as given, {gap['base_refitted']:.4g} N refitted, "
         f"{gap['final']:.4g} N explained, noise floor {gap['noise_floor']:.4g} N"
     )
+    if report["next_test"]["text"]:
+        lines.append(f"next test: {report['next_test']['text']}")
     return lines

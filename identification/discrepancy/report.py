@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 
+from excitation.plan import plan_from_config
+from excitation.plan_files import write_plan
 from identification.discrepancy import charts
 from identification.discrepancy.aliases import aliases
 from identification.discrepancy.excess import excess_of
@@ -50,9 +52,13 @@ td.n{font-variant-numeric:tabular-nums;text-align:right}p.note,li{color:#444}cod
 def write_report(explanation: Explanation, directory: Path, *, reproduce: str = "") -> Path:
     """Write report.json, report.html and model.json into `directory`; returns the path of report.html.
 
+    Where a further test is worth its rig time, next_test.toml is a plan of that test, ready for `damper-rig run`.
     `reproduce` is the command that makes the report again. Each file is complete under its name, or not there.
     """
     directory.mkdir(parents=True, exist_ok=True)
+    (directory / "next_test.toml").unlink(missing_ok=True)
+    if design := explanation.next_test.design:
+        write_plan(directory / "next_test.toml", plan_from_config({"tests": [dict(design)]}))
     data = json.dumps(report_data(explanation), indent=2, ensure_ascii=False, allow_nan=False)
     write_model(directory / "model.json", explanation.model)
     with replacing(directory / "report.json") as temporary:
@@ -103,8 +109,10 @@ def report_body(e: Explanation, *, reproduce: str = "", plotly: bool = True) -> 
 
 
 def _design(e: Explanation) -> str:
-    design = dict(e.next_test.design)
-    return f"<pre>{html.escape(json.dumps(design, indent=2))}</pre>" if design else ""
+    """The test as a table, and the command that plays it."""
+    lines = "\n".join(f"{key} = {json.dumps(value)}" for key, value in e.next_test.design.items())
+    play = "damper-rig run next_test.toml --rig ADDRESS -o runs"
+    return f"<pre>{html.escape(lines)}</pre><p><code>{play}</code></p>" if lines else ""
 
 
 def _section(title: str, content: str) -> str:

@@ -20,6 +20,7 @@ from scipy.io import savemat
 
 from api.cli.arguments import spread
 from api.cli.main import main
+from api.cli.run import plan_of
 from api.run_formats import read_any, write_any
 from rigctl.runfile import Run, read_run, write_run
 
@@ -244,7 +245,7 @@ def test_design_run_fit_simulate_and_score_work_together(place: Path, rig: str) 
     assert 50 < scored["fit"] < 100
 
 
-def test_explain_writes_its_three_files_and_prints_the_report(
+def test_explain_writes_its_files_and_prints_the_report(
     place: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(place)
@@ -269,9 +270,25 @@ def test_explain_writes_its_three_files_and_prints_the_report(
     assert [effect["element"] for effect in report["effects"]] == ["coulomb_friction"]
     assert report == json.loads(Path("report/report.json").read_text())
     assert sorted(path.name for path in Path("report").iterdir()) == ["model.json", "report.html", "report.json"]
+    assert f"damper-rig {' '.join(arguments[:4])} --held-out" in Path("report/report.html").read_text()
     assert main(["simulate", "report/model.json", runs[3], "-o", "simulated.h5"]) == 0
     assert main(["score", "simulated.h5"]) == 0
     assert json.loads(capsys.readouterr().out.splitlines()[-1])["rms"] < 2.0
+
+
+def test_explain_writes_the_next_test_ready_to_be_played(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(place)
+    for k, frequency_hz in enumerate((1.0, 2.5)):
+        t = np.arange(4000) / 1000.0
+        v = 0.04 * np.pi * frequency_hz * np.cos(2 * np.pi * frequency_hz * t)
+        force = 700.0 * v + np.random.default_rng(k).normal(0, 1, t.size)
+        channels = {"displacement": 0.02 * np.sin(2 * np.pi * frequency_hz * t), "force": force}
+        run = replace(read_run("run.h5"), run_id=f"run {k}", channels=channels, path=None)
+        write_run(Path(f"run{k}.h5"), replace(run, period_samples=round(1000 / frequency_hz)))
+    assert main(["explain", "model.json", "run0.h5", "--held-out", "run1.h5", "-o", "report"]) == 0
+    (test,) = plan_of(Path("report/next_test.toml")).tests
+    told = json.loads(Path("report/report.json").read_text())["next_test"]["text"]
+    assert f"{1e3 * np.max(test.excitation.displacement_m):.3g} mm" in told
 
 
 def test_an_interrupted_run_ends_with_the_rig_safe_and_a_true_file(place: Path, rig: str) -> None:
