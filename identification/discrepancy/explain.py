@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.discrepancy.candidates import unlimited
+from identification.discrepancy.confidence import ONE_RUN, TWO_RUNS
 from identification.discrepancy.equation import describe
-from identification.discrepancy.evidence import ONE_RUN, TWO_RUNS, Evidence, gather
+from identification.discrepancy.evidence import Evidence, gather
 from identification.discrepancy.excess import (
     FORM_TOLERANCE,
     excess_of,
