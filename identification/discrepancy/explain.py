@@ -204,7 +204,7 @@ def _conclude(given: Model, named: _Named, say: Progress) -> Explanation:
         where=tuple(regions),
         profiles=tuple(profiles),
         repeatable=verdict in (Verdict.UNKNOWN_EFFECT, Verdict.PARTLY_EXPLAINED),
-        remainder=_remainder(verdict, found, quiet, regions),
+        remainder=_remainder(verdict, found, quiet, regions, in_train.noise_floor),
         next_test=next_test,
         given=given,
         base=full_base,
@@ -236,16 +236,12 @@ def _trace(record: Record, given: Model, base: Model, final: Model, *, held_out:
 
 def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> bool:
     """Whether something repeatable stays that neither noise nor the form of what was named can answer for."""
+    samples = sum(r.measured.size for r in records)
     form = misshapen(found.fit.model, found.names, records, found.base_excess - found.excess)
     if hum is not None:
         form += FORM_TOLERANCE**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
-    return found.excess > _unseen(records) + form
-
-
-def _unseen(records: Sequence[Record]) -> float:
-    """Excess that matters to nobody, may be chance, or can't be told from the noise run by run."""
-    samples = sum(r.measured.size for r in records)
-    return max(material_excess(records), significant_excess(records), _NEAR_FLOOR**2 * samples)
+    floor = max(material_excess(records), significant_excess(records), _NEAR_FLOOR**2 * samples)
+    return found.excess > floor + form
 
 
 def _verdict(found: Search, names: Sequence[str], left: bool, records: Sequence[Record]) -> Verdict:
@@ -308,11 +304,13 @@ def _effect(
     )
 
 
-def _remainder(verdict: Verdict, found: Search, records: Sequence[Record], regions: Sequence[Region]) -> str:
+def _remainder(
+    verdict: Verdict, found: Search, records: Sequence[Record], regions: Sequence[Region], noise_floor: float
+) -> str:
     samples = sum(r.measured.size for r in records)
     noise = float(np.sqrt(np.mean([r.sigma**2 for r in records])))
     size = noise * float(np.sqrt(max(found.excess, 0.0) / samples))
-    if verdict == Verdict.NO_DISCREPANCY or found.excess <= _unseen(records):
+    if verdict == Verdict.NO_DISCREPANCY or (verdict == Verdict.EXPLAINED and size < noise_floor):
         return ""
     if verdict == Verdict.EXPLAINED:
         return f"{size:.3g} N rms stays, no more than the canonical forms of the named effects may miss of real ones"
