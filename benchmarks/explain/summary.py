@@ -98,4 +98,4 @@ def write_picture(outcomes: Sequence[Outcome], path: Path) -> None:
         text=[str(int(np.sum(at == k))) for k in bins], mode="markers+text", textposition="top center",
         marker={"size": 10}), 1, 2)  # fmt: skip
     figure.update_layout(showlegend=False, template="plotly_white", height=760, width=1500)
-    figure.write_html(path, include_plotlyjs=True)
+    figure.write_html(path, include_plotlyjs=True, config={"displayModeBar": False})
