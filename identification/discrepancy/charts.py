@@ -11,6 +11,7 @@ from plotly.subplots import make_subplots
 
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.explanation import Explanation, Traces
+from identification.discrepancy.naming import Compared
 from identification.discrepancy.shapes import shapes
 from identification.physical.catalogue import CATALOGUE
 
@@ -195,8 +196,8 @@ def map_of_gap(e: Explanation) -> go.Figure:
 
 
 def rivals(e: Explanation) -> go.Figure | None:
-    """For each name what its rivals left in its place, every other name there; without names, for the first move."""
-    panels = {CATALOGUE[n].title: (c.rivals, excess_of(c.without)) for n, c in e.compared.items()}
+    """For each name what its rivals left in its place when last tried; without names, for the first move."""
+    panels = {f"{CATALOGUE[n].title}, {beside(c)}": (c.rivals, excess_of(c.start)) for n, c in e.compared.items()}
     if not panels and e.moves:
         panels = {"an effect without a name": (e.moves[0].rivals, e.moves[0].excess_before)}
     if not panels:
@@ -218,6 +219,11 @@ def rivals(e: Explanation) -> go.Figure | None:
     return figure
 
 
+def beside(compared: Compared) -> str:
+    """What stood beside a name when it was compared with its rivals."""
+    return f"beside {', '.join(CATALOGUE[n].title for n in compared.beside) or 'the base alone'}"
+
+
 def shapes_of_names(e: Explanation) -> go.Figure | None:
     """For each name the force that is missing without it, what it adds, and what its best rival would add."""
     found = shapes(e)
@@ -225,7 +231,7 @@ def shapes_of_names(e: Explanation) -> go.Figure | None:
         return None
     columns = min(len(found), 2)
     rows = -(-len(found) // columns)
-    titles = [f"{CATALOGUE[s.name].title}{_beside(s.rival)}" for s in found]
+    titles = [f"{CATALOGUE[s.name].title}{_against(s.rival)}" for s in found]
     figure = make_subplots(rows=rows, cols=columns, subplot_titles=titles, vertical_spacing=0.34 / rows)
     for k, s in enumerate(found):
         place = {"row": k // columns + 1, "col": k % columns + 1}
@@ -250,7 +256,7 @@ def shapes_of_names(e: Explanation) -> go.Figure | None:
     return figure
 
 
-def _beside(rival: str | None) -> str:
+def _against(rival: str | None) -> str:
     return "" if rival is None else f"<br><sup>rival: {CATALOGUE[rival].title}</sup>"
 
 

@@ -57,10 +57,17 @@ class Move:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Compared:
-    """A name beside its rivals, every other name there: its own trial is among them."""
+    """A name beside its rivals: its own trial is among them."""
 
-    without: Fit  # the best without it
+    without: Fit  # the best with every other name but it
+    start: Fit  # what the rivals were added to: not `without` where nothing has come near the name since
+    beside: tuple[str, ...]  # the names in `start`
     rivals: tuple[Trial, ...]
+
+    @property
+    def latest(self) -> bool:
+        """Whether the rivals were tried with every other name there."""
+        return self.start is self.without
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -188,7 +195,7 @@ def _add(state: Search, records: Sequence[Record], at_least: float, but: Collect
         names=(*state.names, chosen.name),
         excess=chosen.excess,
         moves=(*state.moves, move),
-        compared={**state.compared, chosen.name: Compared(without=state.fit, rivals=tuple(found))},
+        compared={**state.compared, chosen.name: _compared(state.fit, state.names, found)},
     )
 
 
@@ -225,16 +232,27 @@ def _tried_again(state: Search, name: str, records: Sequence[Record]) -> Search:
     own = choose([t for t in found if t.name == name])
     if own is not None and own.excess < state.excess - 10.0:  # the fit had stuck
         state = replace(state, fit=own.fit, excess=own.excess)
-    rivals = state.compared[name].rivals if own is None else tuple(found)
-    state = replace(state, compared={**state.compared, name: Compared(without=rest, rivals=rivals)})
+    others = tuple(n for n in state.names if n != name)
+    now = _compared(rest, others, found) if own is not None else replace(state.compared[name], without=rest)
+    state = replace(state, compared={**state.compared, name: now})
     best = choose(found)
     if best is None or best.name == name or not _replaces(best, name, found, state):
         return state
     move = Move(kind="swap", name=f"{name} → {best.name}", excess_before=state.excess, excess_after=best.excess,
                 rivals=tuple(found))  # fmt: skip
-    names = (*(n for n in state.names if n != name), best.name)
-    compared = {**state.compared, best.name: Compared(without=rest, rivals=tuple(found))}
-    return replace(state, fit=best.fit, names=names, excess=best.excess, moves=(*state.moves, move), compared=compared)
+    compared = {**state.compared, best.name: _compared(rest, others, found)}
+    return replace(
+        state,
+        fit=best.fit,
+        names=(*others, best.name),
+        excess=best.excess,
+        moves=(*state.moves, move),
+        compared=compared,
+    )
+
+
+def _compared(start: Fit, beside: Sequence[str], found: Sequence[Trial]) -> Compared:
+    return Compared(without=start, start=start, beside=tuple(beside), rivals=tuple(found))
 
 
 def _dropped(state: Search, name: str, rest: Fit) -> Search:

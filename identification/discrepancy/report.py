@@ -109,10 +109,11 @@ def report_body(e: Explanation, *, reproduce: str = "", plotly: bool = True) -> 
 
 
 def _design(e: Explanation) -> str:
-    """The test as a table, and the command that plays it."""
+    """The test as a table, and how to play it."""
     lines = "\n".join(f"{key} = {json.dumps(value)}" for key, value in e.next_test.design.items())
     play = "damper-rig run next_test.toml --rig ADDRESS -o runs"
-    return f"<pre>{html.escape(lines)}</pre><p><code>{play}</code></p>" if lines else ""
+    over_http = "beside this report on the command line; over HTTP the same table is a test of a campaign"
+    return f"<pre>{html.escape(lines)}</pre><p><code>{play}</code>, {over_http}</p>" if lines else ""
 
 
 def _section(title: str, content: str) -> str:
@@ -236,14 +237,13 @@ def _ruled_out(e: Explanation) -> str:
 
 
 def _tried(e: Explanation) -> Iterator[tuple[float, Trial, str]]:
-    """Share of the gap that each candidate left, and what stood beside it: what is named in the end, or nothing yet."""
-    for name, compared in e.compared.items():
-        beside = ", ".join(CATALOGUE[n].title for n in e.compared if n != name) or "the base alone"
+    """Share of the gap that each candidate left, and what stood beside it."""
+    for compared in e.compared.values():
         for t in compared.rivals:
-            yield max(t.excess, 0.0) / max(excess_of(compared.without), 1e-300), t, beside
+            yield max(t.excess, 0.0) / max(excess_of(compared.start), 1e-300), t, charts.beside(compared)
     for move in e.moves[:1]:
         for t in move.rivals:
-            yield max(t.excess, 0.0) / max(move.excess_before, 1e-300), t, "the base alone"
+            yield max(t.excess, 0.0) / max(move.excess_before, 1e-300), t, "beside the base alone"
 
 
 def _base_table(e: Explanation) -> str:

@@ -39,15 +39,17 @@ class Shape:
 def shapes(e: Explanation) -> list[Shape]:
     """The shape of every name, on the training runs."""
     records = [compact(t.record) for t in e.traces if not t.held_out]
-    return [_shape(name, compared, set(e.compared), records) for name, compared in e.compared.items()]
+    final = _force(e.model, records)
+    return [_shape(name, compared, set(e.compared), final, records) for name, compared in e.compared.items()]
 
 
-def _shape(name: str, compared: Compared, named: set[str], records: Sequence[Record]) -> Shape:
-    own = next(t for t in compared.rivals if t.name == name)
-    rivals = sorted((t for t in compared.rivals if t.name not in named), key=lambda t: t.excess)
+def _shape(name: str, compared: Compared, named: set[str], final: Floats, records: Sequence[Record]) -> Shape:
+    """The shape of one name, with its best rival where that was tried beside every other name too."""
+    tried = [t for t in compared.rivals if t.name not in named] if compared.latest else []
+    rivals = sorted(tried, key=lambda t: t.excess)[:1]
     without = _force(compared.without.model, records)
     missing = np.concatenate([r.measured for r in records]) - without
-    added = [_force(t.fit.model, records) - without for t in (own, *rivals[:1])]
+    added = [final - without, *(_force(t.fit.model, records) - without for t in rivals)]
     found = {
         v: _binned(v, records, [missing, *added]) for v in sorted(set.intersection(*map(set, map(variables, records))))
     }

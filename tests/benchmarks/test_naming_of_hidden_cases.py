@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from benchmarks.explain.judge import answer, judge
 from benchmarks.explain.summary import right
 from benchmarks.hidden import case
 from identification.discrepancy import explain
+from identification.discrepancy.shapes import shapes
 from identification.fitting.leastsquares import fit_records
 from identification.physical.model import Element, Model
 from identification.physical.modelfile import model_from_json
@@ -45,7 +47,7 @@ def test_what_is_hidden_is_named_and_what_is_not_is_not(kind: str, seed: int) ->
         assert outcome["against_truth"] < 1.2
 
 
-def test_each_of_several_names_says_what_the_gap_is_without_it() -> None:
+def test_each_of_several_names_says_and_draws_what_the_gap_is_without_it() -> None:
     hidden = case(1, "pair")
     found = explain(model_from_json(hidden.base_model), hidden.runs, hidden.held_out)
     records = [record_from_run(r) for r in hidden.runs]
@@ -53,6 +55,9 @@ def test_each_of_several_names_says_what_the_gap_is_without_it() -> None:
         without = fit_records(found.model.without(effect.element), records)
         assert effect.gap_before == pytest.approx(without.rms, rel=0.15)
         assert effect.gap_after == found.train.final < effect.gap_before
+    for shape in shapes(found):
+        assert np.std(shape.missing - shape.own) < 0.3 * np.std(shape.missing)
+    assert [s.name for s in shapes(found)] == [e.element for e in found.effects]
 
 
 def size_of(unit: str, n: float, force: float, length: float, time: float) -> float:
