@@ -197,13 +197,15 @@ def map_of_gap(e: Explanation) -> go.Figure:
 
 def rivals(e: Explanation) -> go.Figure | None:
     """For each name what its rivals left in its place when last tried; without names, for the first move."""
-    panels = {f"{CATALOGUE[n].title}, {beside(c)}": (c.rivals, excess_of(c.start)) for n, c in e.compared.items()}
+    panels = {
+        f"{CATALOGUE[n].title}<br><sup>{beside(c)}</sup>": (c.rivals, excess_of(c.start)) for n, c in e.compared.items()
+    }
     if not panels and e.moves:
         panels = {"an effect without a name": (e.moves[0].rivals, e.moves[0].excess_before)}
     if not panels:
         return None
     titles = [f"in the place of {title}" for title in panels]
-    figure = make_subplots(rows=len(panels), cols=1, subplot_titles=titles, vertical_spacing=0.28 / len(panels))
+    figure = make_subplots(rows=len(panels), cols=1, subplot_titles=titles, vertical_spacing=0.36 / len(panels))
     for row, (tried, before) in enumerate(panels.values(), start=1):
         ranked = sorted((t for t in tried if t.excess < before), key=lambda t: t.excess, reverse=True)
         left = [100.0 * max(t.excess, 0.0) / before for t in ranked]
@@ -214,8 +216,9 @@ def rivals(e: Explanation) -> go.Figure | None:
         figure.update_xaxes(range=[0.0, 100.0], row=row, col=1)
     figure.update_xaxes(title="share of the gap's energy that is left, %", row=len(panels), col=1)
     bars = sum(len(tried) for tried, _ in panels.values())
-    figure.update_layout(title="What each candidate would leave", height=120 + 60 * len(panels) + 30 * bars,
-                         showlegend=False, **_LAYOUT)  # fmt: skip
+    layout = {**_LAYOUT, "margin": {"l": 60, "r": 20, "t": 90, "b": 48}}
+    figure.update_layout(title="What each candidate would leave", height=160 + 70 * len(panels) + 30 * bars,
+                         showlegend=False, **layout)  # fmt: skip
     return figure
 
 
@@ -232,6 +235,7 @@ def shapes_of_names(e: Explanation) -> go.Figure | None:
     columns = min(len(found), 2)
     rows = -(-len(found) // columns)
     titles = [f"{CATALOGUE[s.name].title}{_against(s.rival)}" for s in found]
+    told: set[str] = set()  # by the legend
     figure = make_subplots(rows=rows, cols=columns, subplot_titles=titles, vertical_spacing=0.34 / rows)
     for k, s in enumerate(found):
         place = {"row": k // columns + 1, "col": k % columns + 1}
@@ -243,8 +247,9 @@ def shapes_of_names(e: Explanation) -> go.Figure | None:
         )
         for label, force, line in lines:
             if force is not None:
-                figure.add_scatter(x=x, y=force, mode="lines", name=label, legendgroup=label, showlegend=k == 0,
-                                   line=line, **place)  # fmt: skip
+                figure.add_scatter(x=x, y=force, mode="lines", name=label, legendgroup=label,
+                                   showlegend=label not in told, line=line, **place)  # fmt: skip
+                told.add(label)
         figure.update_xaxes(title=f"{s.variable.replace('_', ' ')}, {unit}", **place)
         figure.update_yaxes(title="mean force, N", **place)
     layout = {
