@@ -16,6 +16,8 @@ _FEW = 0.5  # distinct values for each sample: fewer are the steps of a converte
 _WIDEST = 0.85  # of the Nyquist frequency: beyond, no filter that ends in time can close
 _CUTS = 0.8  # of the variance left: a narrower band must explain the force this much better
 _MEDIAN_ODD = 0.4549  # median of χ² with one degree of freedom: the lines of an odd record have no real part
+_BEYOND = 4.0  # times the noise there: what a linear machine would show beyond the last line of the force
+_MATERIAL = 1e-3  # of the force
 _FLOOR_RATIO = 2.6  # the band of a free record ends where its spectrum meets this multiple of the floor
 
 
@@ -167,6 +169,42 @@ def band_of_force(x: Floats, force: Floats, sample_rate_hz: float) -> float | No
     left = [_unexplained(smooth_kinematics(x, sample_rate_hz, float(e)), force) for e in edges]
     best = int(np.argmin(left))
     return float(edges[best]) if left[best] < _CUTS * whole else None
+
+
+def band_of_drive(motion: Kinematics, force: Floats, sample_rate_hz: float) -> float | None:
+    """The band, Hz, of a force that drives a machine, where the motion goes on beyond the last line of the force.
+
+    What a mass makes of the motion's harmonics there only cancels what the machine's own forces make of them, and the
+    difference is lost with the lines that the noise hides. None where the force of a linear machine with that motion
+    would show nothing beyond the last line either.
+
+    Parameters
+    ----------
+    force : (P, N) float64, N, the periods of a run
+    """
+    n = force.shape[1]
+    spectra = np.fft.rfft(force, axis=1)
+    mean, variance = spectra.mean(axis=0), _line_noise(spectra, 0.0)[0]
+    step = 10.0 * np.finfo(np.float64).eps * np.max(np.abs(force)) * np.sqrt(n)
+    shown = np.abs(mean) > np.maximum(_LINE_SIGMA * np.sqrt(variance), step)
+    last = int(np.flatnonzero(shown)[-1]) if np.any(shown) else 0
+    if not 3 < last < mean.size - 1:
+        return None
+    size = [max(float(np.std(s)), 1e-300) for s in (motion.x, motion.v, motion.a)]
+    lines = np.column_stack([np.fft.rfft(s / q) for s, q in zip((motion.x, motion.v, motion.a), size, strict=True)])
+    inner, beyond = lines[1 : last + 1], lines[last + 1 :]
+    stacked = np.concatenate([inner.real, inner.imag])
+    share = np.linalg.lstsq(stacked, np.concatenate([mean.real[1 : last + 1], mean.imag[1 : last + 1]]), rcond=None)[0]
+    made, noise = float(np.sum(np.abs(beyond @ share) ** 2)), float(np.sum(variance[last + 1 :]))
+    whole = float(np.sum(np.abs(mean[1:]) ** 2))
+    return float(last / n * sample_rate_hz) if made > max(_BEYOND * noise, _MATERIAL**2 * whole) else None
+
+
+def low_pass_lines(signal: Floats, sample_rate_hz: float, bandwidth_hz: float) -> Floats:
+    """The lines up to `bandwidth_hz` of a signal of whole periods, (N,) or (N, K)."""
+    spectrum = np.fft.rfft(signal, axis=0)
+    spectrum[np.fft.rfftfreq(len(signal), 1.0 / sample_rate_hz) > bandwidth_hz * (1.0 + 1e-9)] = 0.0
+    return np.asarray(np.fft.irfft(spectrum, len(signal), axis=0))
 
 
 def _unexplained(motion: Kinematics, force: Floats) -> float:

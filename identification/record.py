@@ -9,7 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_opening, uniform_filter1d
 
-from identification.derivatives import Kinematics, band_of_force, low_pass, periodic_kinematics, smooth_kinematics
+from identification.derivatives import (
+    Kinematics,
+    band_of_drive,
+    band_of_force,
+    low_pass,
+    low_pass_lines,
+    periodic_kinematics,
+    smooth_kinematics,
+)
 from identification.errors import DataError
 from identification.noise import between_periods, from_cycles, high_frequency
 from identification.physical.motion import Motion
@@ -121,7 +129,10 @@ def on_top_of_simulation(record: Record, run: Run) -> Record:
             f"{record.name}: no channel 'force_simulated': write the force of your own simulation into it, N, "
             "or give a model file"
         )
-    if record.band_hz is not None:
+    if record.band_hz is not None and record.period:
+        simulated = simulated.copy()
+        simulated[record.window] = low_pass_lines(simulated[record.window], run.sample_rate_hz, record.band_hz)
+    elif record.band_hz is not None:
         simulated = low_pass(simulated, run.sample_rate_hz, record.band_hz)[:: record.stride]
     return replace(record, simulated=simulated[: record.force.size].copy())
 
@@ -202,6 +213,11 @@ def _periodic(run: Run, name: str) -> Record:
     drop = _settling_periods(force)
     motion, kinematics = _periodic_motion(run, drop)
     settled, period = force[drop:], run.period_samples
+    narrow, limited = band_of_drive(kinematics, settled, run.sample_rate_hz), ""
+    if narrow is not None:
+        settled = low_pass_lines(settled.ravel(), run.sample_rate_hz, narrow).reshape(settled.shape)
+        force = np.concatenate([force[:drop], settled])
+        limited = f"; the force ends at {narrow:.3g} Hz, where the motion does not: compared up to there alone"
     tones: list[float] = []
     if settled.shape[0] >= 2:
         sigma, tones = between_periods(settled)
@@ -218,12 +234,14 @@ def _periodic(run: Run, name: str) -> Record:
         sigma=_at_least(sigma, force),
         has_current=_varies(run.channels.get("current")),
         has_temperature="temperature" in run.channels,
-        route=route,
+        route=route + limited,
         bandwidth_hz=kinematics.bandwidth_hz,
         tones_hz=tuple(q * run.sample_rate_hz for q in tones),
         notes=_notes(run),
         kind=run.excitation_kind,
         again=_again(motion, kinematics, drop * period),
+        band_hz=narrow,
+        independent=1.0 if narrow is None else min(1.0, 2.0 * narrow / run.sample_rate_hz),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from identification.discrepancy.strength import seen_by, spread_of, without_the_
 from identification.discrepancy.trials import CURVES, allowance, complexity
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import predict
+from identification.physical.model import Model
 from identification.record import Record
 
 Floats = NDArray[np.float64]
@@ -79,7 +81,7 @@ def alike_curves(found: Search, name: str) -> list[str]:
 
 
 def _rewritten(found: Search, records: Sequence[Record]) -> float:
-    """How far the force of the base moved from the given one to make room for the names, as a share of it.
+    """How far the base's own curves moved from the given ones to make room for the names, as a share of its force.
 
     Given values may be off by a third. A curve beside which the base's own becomes another one has replaced it: the
     base may be of the wrong family, and nothing is missing.
@@ -87,13 +89,23 @@ def _rewritten(found: Search, records: Sequence[Record]) -> float:
     base = found.fit.model
     for name in found.names:
         base = base.without(name)
+    given, now = _curves_of(found.given), _curves_of(base)
+    if given is None or now is None:
+        return 0.0
     moved = total = 0.0
     for r in records:
         with suppress(SimulationError):
-            was, now = predict(found.given, r)[0], predict(base, r)[0]
-            moved += float(np.sum((now - was) ** 2)) / r.sigma**2
-            total += float(np.sum(was**2)) / r.sigma**2
+            change, force = predict(now, r)[0] - predict(given, r)[0], predict(found.given, r)[0]
+            moved += float(np.sum(change**2)) / r.sigma**2
+            total += float(np.sum(force**2)) / r.sigma**2
     return float(np.sqrt(moved / total)) if total > 0.0 else 0.0
+
+
+def _curves_of(model: Model) -> Model | None:
+    """The model less the springs and masses beside its curves over velocity; None without such curves."""
+    curves = [e for e in model.on("core") if e.name in _BASE_CURVES]
+    beside = [e for e in model.elements if e.spec.path in ("mount", "control") or e.spec.modifier]
+    return replace(model, elements=(*beside, *curves)) if curves else None
 
 
 def _steady(spread: float) -> float:

@@ -54,7 +54,7 @@ def _bouc_wen(p, o, n, h, travel, s, wanted, out):
     a, beta, gamma = s * p[o + 1], s * p[o + 3], p[o + 4]
     far = fading(p, o, n)
     count, top = travel / (_PART * far), 1e3 * far * n * p[o + 1]
-    if count > _FORGOTTEN:
+    if count > _FORGOTTEN and p[o + 3] + gamma > 0.0:
         out[0], out[1] = 0.0, 0.0
         end, out[2], out[3], out[4] = _saturated(p, o, n, s)
         out[5] = out[4]
@@ -226,14 +226,21 @@ def advance(code, p, o, m, z_old, z, w_old, w, h, wanted, out, tmp):
 
 
 @compiled
-def steady(codes, offsets, p, column, w, memory, sens):
-    """Every internal force at its steady value for the velocity `w`, with its sensitivities where these are wanted."""
+def steady(codes, offsets, p, column, w, x, memory, sens):
+    """Every internal force at its steady value for the velocity `w`, with its sensitivities where these are wanted.
+
+    What does not saturate within half the stroke of `x` begins as an elastic spring would after that travel.
+    """
+    reach = _half_stroke(x)
     s = 1.0 if w > 0 else (-1.0 if w < 0 else 0.0)
     for k in range(codes.size):
         o = offsets[k]
         memory[k] = 0.0
         if codes[k] == _BOUC_WEN:
             memory[k], by_a, by_n, by_loss = _saturated(p, o, p[o + 2], s)
+            if abs(memory[k]) > reach * p[o + 1]:
+                memory[k] = s * reach * p[o + 1]
+                by_a, by_n, by_loss = s * reach, 0.0, 0.0
             _begin(sens, k, column, o + 1, by_a)
             _begin(sens, k, column, o + 2, by_n)
             _begin(sens, k, column, o + 3, by_loss)
@@ -251,6 +258,14 @@ def steady(codes, offsets, p, column, w, memory, sens):
             _begin(sens, k, column, o + 4, s * (p[o + 3] - p[o + 2]) * e * 2.0 * q * q / (p[o + 4] * p[o]))
         elif codes[k] == _REVERSAL:
             memory[k] = 1e300
+
+
+@inlined
+def _half_stroke(x):
+    low, high = x[0], x[0]
+    for i in range(x.size):
+        low, high = min(low, x[i]), max(high, x[i])
+    return 0.5 * (high - low)
 
 
 @inlined

@@ -144,7 +144,7 @@ def mounted(
         top = max(top, abs(v[i]))
     state[1], state[2], state[3], state[4], state[7] = x[0], v[0], v[0], 1e-13 * top, v[0]
     failures = 0
-    steady(codes, offsets, p, column, v[0], memory, sens)
+    steady(codes, offsets, p, column, v[0], x, memory, sens)
     for i in range(x.size - 1):
         steps, again = substeps, True
         touching = abs(state[0]) > 0.5 * mount[GAP]

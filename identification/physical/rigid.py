@@ -54,7 +54,7 @@ def rigid(codes, offsets, p, column, dt, inputs, du, eps, force, jac, space):
     _, _, tmp, dp, dm = space[5]
     wanted = jac.shape[0] > 0
     modified, rare = has_modifier(codes), has_rare(codes)
-    steady(codes, offsets, p, column, v[0], memory, sens)
+    steady(codes, offsets, p, column, v[0], x, memory, sens)
     for i in range(x.size):
         z, w = x[i], v[i]
         s = sign(w, eps)

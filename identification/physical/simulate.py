@@ -26,6 +26,7 @@ RIGID_DAMPING = 3.0e3  # N·s/m
 _SAME_TEMPERATURE_K = 0.05  # a body this steady is at one temperature: fade is some 0.5 % per kelvin
 _SETTLED = 1e-4  # of the force: a period that ends as near to the one before has forgotten the start
 _AHEAD = (0.25, 1.0, 4.0)  # periods before one that repeats; a memory that holds on longer is a matter of how it began
+_EXPONENTIAL = 1.2  # a Bouc–Wen exponent below it grows e⁵-fold at most where this one would be infinite
 _REVERSAL_SUBSTEPS = 4
 _PLAY_SUBSTEPS = 16  # a rigid contact rings at some kHz; all of its error sits in the samples of an impact
 _NEED_AMPLITUDE = (Code.MODULATED_TANH, Code.SIGMOID)
@@ -55,9 +56,9 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
     Raises
     ------
     SimulationError
-        when the force is not finite, with the first bad sample; when a hysteresis has no bound.
+        when the force is not finite, with the first bad sample; when a hysteresis has no bound within the stroke.
     """
-    _check_bounded(model)
+    _check_bounded(model, motion)
     wanted = _wanted(model, gradient)
     sensor = model.on("sensor")
     taus = [e.value("tau") if e.spec.code == Code.FORCE_DELAY else 0.0 for e in sensor]
@@ -91,14 +92,21 @@ def _wanted(model: Model, gradient: bool | Mask) -> Mask | None:
     return gradient
 
 
-def _check_bounded(model: Model) -> None:
-    """Raise SimulationError where a Bouc–Wen hysteresis grows without end (Ikhouane & Rodellar 2007)."""
+def _check_bounded(model: Model, motion: Motion) -> None:
+    """Raise SimulationError where a Bouc–Wen hysteresis grows without end within the stroke of the motion.
+
+    With c = −(beta + gamma) > 0 it grows as it is loaded, dh/dx = A + c·hⁿ, and is infinite after a travel of
+    (π/n)/sin(π/n)·A^(1/n − 1)·c^(−1/n); what a reversal unloads is no less, so no travel is longer than the stroke.
+    """
     for e in model.on("core"):
-        if e.spec.code == Code.BOUC_WEN and not e.value("beta") + e.value("gamma") > 0.0:
-            raise SimulationError(
-                f"'{model.name}': bouc_wen.beta + bouc_wen.gamma is {e.value('beta') + e.value('gamma'):.4g}: "
-                "it must be above zero, or the hysteresis grows without end"
-            )
+        if e.spec.code == Code.BOUC_WEN and (growth := -e.value("beta") - e.value("gamma")) > 0.0:
+            n = max(e.value("n"), _EXPONENTIAL)
+            turn = np.pi / n / np.sin(np.pi / n)
+            if not np.ptp(motion.x) < turn * e.value("A") ** (1.0 / n - 1.0) * growth ** (-1.0 / n):
+                raise SimulationError(
+                    f"'{model.name}': bouc_wen.beta + bouc_wen.gamma is {-growth:.4g}: below zero the hysteresis "
+                    f"grows, here without end within the stroke of {np.ptp(motion.x):.3g} m"
+                )
 
 
 def _steady_damper(model: Model, motion: Motion, wanted: Mask | None, substeps: int) -> Response:

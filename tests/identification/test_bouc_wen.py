@@ -106,9 +106,28 @@ def test_where_the_mount_is_too_stiff_for_an_explicit_step_an_implicit_one_is_ta
     assert np.linalg.norm(force - exact) < 2e-3 * np.linalg.norm(exact)
 
 
+@pytest.mark.parametrize("n", [1.0, 2.0])
+def test_one_that_grows_as_it_is_loaded_follows_its_equation_within_the_stroke(n: float) -> None:
+    """As that of Noël & Schoukens' benchmark (2016): beta + gamma below zero, what a reversal unloads is more."""
+    inputs = motion(2.0, 0.01)
+    inputs = replace(inputs, x=np.r_[0.0, np.cumsum(0.5 * DT * (inputs.v[1:] + inputs.v[:-1]))])
+    half = 0.5 * float(np.ptp(inputs.x))
+    beta, gamma = -0.55 / half**n, 0.4 / half**n
+
+    def rate(t: float, h: Floats) -> Floats:
+        w = np.interp(t, T, inputs.v)
+        return np.asarray(w - gamma * abs(w) * h * abs(h) ** (n - 1) - beta * w * abs(h) ** n)
+
+    begin = [np.sign(inputs.v[0]) * half]
+    found = solve_ivp(rate, (0.0, T[-1]), begin, method="DOP853", rtol=1e-9, atol=1e-13, t_eval=T, max_step=DT)
+    force = simulate(bolted(A=1.0, n=n, beta=beta, gamma=gamma), inputs).force
+    assert np.max(np.abs(force - 1e5 * found.y[0])) < 1e-3 * np.max(np.abs(force))
+
+
 def test_a_hysteresis_without_bound_is_refused_by_name_before_any_work() -> None:
-    with pytest.raises(SimulationError, match=r"bouc_wen.beta \+ bouc_wen.gamma is -1e\+04: it must be above zero"):
-        simulate(bolted(beta=-4e4), motion())
+    what = r"bouc_wen.beta \+ bouc_wen.gamma is -1e\+06: below zero the hysteresis grows, here without end within"
+    with pytest.raises(SimulationError, match=what):
+        simulate(bolted(beta=-1.03e6), motion())
     with pytest.raises(ModelError, match=r"bouc_wen.gamma is -1 1/m\^n: physically it lies within \[0, inf\]"):
         bolted(gamma=-1.0)
 

@@ -161,3 +161,51 @@ def test_what_is_at_rest_is_left_out_and_said() -> None:
     assert any("at rest" in note for note in record.notes)
     assert record.measured.size < 0.7 * x.size
     assert replace(record, notes=()).force.size == x.size
+
+
+@numba.njit
+def hysteretic(u: Floats, h: float) -> Floats:
+    """The oscillator of Noël & Schoukens' benchmark (2016), by Heun's method over inputs at the steps."""
+    y, v, z = 0.0, 0.0, 0.0
+    out = np.empty(u.size)
+    for j in range(u.size):
+        out[j] = y
+        a0, z0 = (u[j] - 10.0 * v - 5e4 * y - z) / 2.0, 5e4 * v - 1e3 * (0.8 * abs(v) * z - 1.1 * v * abs(z))
+        y1, v1, z1 = y + h * v, v + h * a0, z + h * z0
+        force = u[min(j + 1, u.size - 1)]
+        a1, z1 = (force - 10.0 * v1 - 5e4 * y1 - z1) / 2.0, 5e4 * v1 - 1e3 * (0.8 * abs(v1) * z1 - 1.1 * v1 * abs(z1))
+        y, v, z = y + 0.5 * h * (v + v1), v + 0.5 * h * (a0 + a1), z + 0.5 * h * (z0 + z1)
+    return out
+
+
+def shaken(seed: int, rms: float, noise: float = 0.0, n: int = 4096, fine: int = 32, rate: float = 750.0) -> Run:
+    """Three settled periods of the oscillator under a random-phase multisine from 5 to 150 Hz, N rms."""
+    rng = np.random.default_rng(seed)
+    lines = np.arange(int(5.0 * n / rate), int(150.0 * n / rate))
+    spectrum = np.zeros(n * fine // 2 + 1, dtype=complex)
+    spectrum[lines] = np.exp(2j * np.pi * rng.random(lines.size))
+    force = np.fft.irfft(spectrum, n * fine)
+    force *= rms / np.std(force)
+    y = hysteretic(np.tile(force, 5), 1.0 / rate / fine)[::fine][2 * n :]
+    y = y + noise * np.std(y) * rng.standard_normal(y.size)
+    return captured(f"shaken {seed}", rate, y, np.tile(force[::fine], 3), n)
+
+
+def test_where_a_force_drives_the_machine_it_is_compared_up_to_its_own_last_line() -> None:
+    record = record_from_run(shaken(1, 50.0))
+    assert record.band_hz == pytest.approx(150.0, abs=0.2)
+    assert record.bandwidth_hz > 300.0  # the motion goes on, and a mass makes force of it
+    assert record_from_run(resonator(1, k3=0.0, periodic=True)[1][0]).band_hz is None
+
+
+def test_a_hysteresis_that_grows_with_its_stroke_is_named_on_an_oscillator_driven_by_a_force() -> None:
+    base = Model(
+        name="linear", elements=(element("viscous_damping", {"c": 13.0}), element("linear_stiffness", {"k": 6e4}),
+                                 element("moving_mass", {"m": 1.7})))  # fmt: skip
+    runs = [shaken(seed, rms, 1e-3) for seed, rms in ((1, 50.0), (2, 25.0), (3, 70.0), (4, 50.0))]
+    found = explain(base, runs[:3], runs[3:])
+    assert [e.element for e in found.effects] == ["bouc_wen"]
+    values = {p: v for p, (v, *_) in found.effects[0].parameters.items()}
+    assert values["alpha"] == pytest.approx(5e4, rel=0.1)
+    assert values["beta"] + values["gamma"] < 0.0
+    assert found.held_out.final < 0.1 * found.held_out.base_refitted
