@@ -93,9 +93,12 @@ def search(
     start = excess_of(base)
     given = shaped_like(given, base.model)
     state = sure = Search(fit=base, names=(), excess=start, given=given, base_excess=start)
+    turned = False
     while len(state.names) < _MAX_EFFECTS and _worth_more(state, records):
         say(f"{len(state.names)} named so far, the gap is {_over_noise(state):.1f} × the noise of a mean period")
         before, grown = state, _grown(state, records)
+        if grown is None and not turned:
+            grown, turned = _grown_otherwise(state, records), True
         if grown is None or len(grown.moves) > _MOST_MOVES:
             break
         state = grown
@@ -141,6 +144,20 @@ def _grown(state: Search, records: Sequence[Record]) -> Search | None:
     grown = _added(state, records)
     twice = grown is not None and len(DRY_FRICTIONS.intersection(grown.names)) > 1
     return _added(state, records, but=DRY_FRICTIONS) if twice else grown
+
+
+def _grown_otherwise(state: Search, records: Sequence[Record]) -> Search | None:
+    """The state with one more name, with another in the place of one that was only simpler and leads no further."""
+    passed = [
+        (t, name)
+        for name, c in state.compared.items()
+        for t in c.rivals
+        if c.latest and t.name not in state.names and t.excess < state.excess - 10.0 and choose([t]) is not None
+    ]
+    if not passed:
+        return None
+    better, name = min(passed, key=lambda p: p[0].excess)
+    return _grown(_swapped(state, name, better, state.compared[name]), records)
 
 
 def _added(state: Search, records: Sequence[Record], but: Collection[str] = ()) -> Search | None:
@@ -238,16 +255,19 @@ def _tried_again(state: Search, name: str, records: Sequence[Record]) -> Search:
     best = choose(found)
     if best is None or best.name == name or not _replaces(best, name, found, state):
         return state
-    move = Move(kind="swap", name=f"{name} → {best.name}", excess_before=state.excess, excess_after=best.excess,
-                rivals=tuple(found))  # fmt: skip
-    compared = {**state.compared, best.name: _compared(rest, others, found)}
+    return _swapped(state, name, best, _compared(rest, others, found))
+
+
+def _swapped(state: Search, name: str, better: Trial, compared: Compared) -> Search:
+    move = Move(kind="swap", name=f"{name} → {better.name}", excess_before=state.excess, excess_after=better.excess,
+                rivals=compared.rivals)  # fmt: skip
     return replace(
         state,
-        fit=best.fit,
-        names=(*others, best.name),
-        excess=best.excess,
+        fit=better.fit,
+        names=(*(n for n in state.names if n != name), better.name),
+        excess=better.excess,
         moves=(*state.moves, move),
-        compared=compared,
+        compared={**state.compared, better.name: compared},
     )
 
 

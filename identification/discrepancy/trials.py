@@ -43,6 +43,7 @@ _BUILD_UP = 0.02  # the same for how friction builds up, which both forms of fri
 _MISSES = 0.3  # or this share of what the best of them leaves, where no form fits well
 _OVERPOWERS = 3.0  # times the measured force
 _PLAY = 0.1  # of what its contact gives way under the rms force: less play does not show beside it
+_LOOP = 0.2  # of its slope: what a hysteresis loses at least on the way there, to be told from a spring
 _NO_LOOP = 0.02  # hysteresis with less offset of its branches is a plain curve: beside another, that one's correction
 _OPTIONAL = {
     ("series_compliance", "c"),
@@ -67,6 +68,7 @@ class Trial:
     closed: float  # whitened energy by which it lowers the excess
     measured: float  # whitened energy of the measured force
     force: float  # the measured force, N rms
+    stroke: float  # the longest, m
 
 
 def trials(
@@ -235,6 +237,7 @@ def _trial(fit: Fit, name: str, start: Fit, records: Sequence[Record], screened:
         closed=max(excess_of(start) - excess_of(fit), 0.0),
         measured=sum(float(np.dot(r.measured, r.measured)) / r.sigma**2 for r in records),
         force=float(np.sqrt(np.mean(np.concatenate([r.measured for r in records]) ** 2))),
+        stroke=max(float(np.ptp(r.motion.x)) for r in records),
     )
 
 
@@ -281,7 +284,8 @@ def last_of(model: Model, name: str) -> int:
 
 def choose(found: Sequence[Trial]) -> Trial | None:
     """The simplest of those that explain the data as well as a canonical form can be expected to, if any."""
-    physical = [t for t in found if not (on_bound(t) or contradicts_itself(t) or overpowers(t) or is_no_play(t))]
+    unlike = (on_bound, contradicts_itself, overpowers, is_no_play, is_a_spring)
+    physical = [t for t in found if not any(no(t) for no in unlike)]
     if not physical:
         return None
     best = min(physical, key=lambda t: t.excess)
@@ -343,6 +347,15 @@ def is_no_play(trial: Trial) -> bool:
         return False
     gap = model.elements[last_of(model, "free_play")].value("gap")
     return gap < _PLAY * trial.force / RIGID_STIFFNESS
+
+
+def is_a_spring(trial: Trial) -> bool:
+    """Whether a Bouc–Wen hysteresis all but comes back the way it went, from half the stroke."""
+    own = trial.fit.model.elements[last_of(trial.fit.model, trial.name)]
+    if own.name != "bouc_wen":
+        return False
+    lost = own.value("gamma") * float((own.value("A") * 0.5 * trial.stroke) ** own.value("n"))
+    return lost < _LOOP * own.value("A")
 
 
 def on_bound(trial: Trial) -> bool:

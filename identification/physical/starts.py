@@ -29,9 +29,9 @@ def _presliding(s: Scales) -> Sequence[Values]:
 
 def _bouc_wen(s: Scales) -> Sequence[Values]:
     guesses = []
-    for part in (0.02, 0.1, 0.4):
+    for part, n in ((0.02, 1.5), (0.1, 1.5), (0.4, 1.5), (1.6, 1.0)):  # the widest loop never saturates
         h = part * s.x_rms  # the internal displacement at which the force saturates
-        guesses.append({"alpha": s.gap / h, "A": 1.0, "n": 1.5, "beta": 0.5 / h**1.5, "gamma": 0.5 / h**1.5})
+        guesses.append({"alpha": s.gap / h, "A": 1.0, "n": n, "beta": 0.5 / h**n, "gamma": 0.5 / h**n})
     return guesses
 
 

@@ -193,7 +193,7 @@ def shaken(seed: int, rms: float, noise: float = 0.0, n: int = 4096, fine: int =
 
 def test_where_a_force_drives_the_machine_it_is_compared_up_to_its_own_last_line() -> None:
     record = record_from_run(shaken(1, 50.0))
-    assert record.band_hz == pytest.approx(150.0, abs=0.2)
+    assert record.band_hz == pytest.approx(150.0, abs=0.5)
     assert record.bandwidth_hz > 300.0  # the motion goes on, and a mass makes force of it
     assert record_from_run(resonator(1, k3=0.0, periodic=True)[1][0]).band_hz is None
 

@@ -15,7 +15,7 @@ from identification.discrepancy.aliases import ALIASES, aliases
 from identification.discrepancy.charts import interval_of_rms
 from identification.discrepancy.excess import FORM_TOLERANCE, contribution, excess_of, misshapen
 from identification.discrepancy.notes import coarse, unnamed
-from identification.discrepancy.trials import DRY_FRICTIONS, Trial, is_no_play
+from identification.discrepancy.trials import DRY_FRICTIONS, Trial, is_a_spring, is_no_play
 from identification.errors import DataError
 from identification.fitting import fit
 from identification.fitting.leastsquares import fit_records
@@ -237,9 +237,21 @@ def test_a_joint_that_gives_way_more_than_it_plays_is_a_compliance(gap: float, i
     fit = fit_records(BASE, records, max_iterations=1)
     force = float(np.sqrt(np.mean(records[0].measured ** 2)))
     trial = Trial(name="free_play", fit=replace(fit, model=worn), excess=0.0, contribution=1.0, parameters=1,
-                  screened=1.0, closed=1.0, measured=1.0, force=force)  # fmt: skip
+                  screened=1.0, closed=1.0, measured=1.0, force=force, stroke=0.02)  # fmt: skip
     assert is_no_play(trial) is is_none
     assert not is_no_play(replace(trial, fit=replace(fit, model=bushed)))
+
+
+@pytest.mark.parametrize(("n", "share", "is_spring"), [(1.0, 0.1, True), (1.0, 0.5, False), (2.5, 0.1, True)])
+def test_a_hysteresis_that_comes_back_the_way_it_went_is_a_spring(n: float, share: float, is_spring: bool) -> None:
+    """`share` of its slope is lost at half the stroke."""
+    records = [compact(record_from_run(run("none", 0, 1)))]
+    fit = fit_records(BASE, records, max_iterations=1)
+    gamma = 2.0 * share / (2.0 * 0.01) ** n
+    loop = BASE.with_element(element("bouc_wen", {"alpha": 1e4, "A": 2.0, "n": n, "beta": 0.0, "gamma": gamma}))
+    trial = Trial(name="bouc_wen", fit=replace(fit, model=loop), excess=0.0, contribution=1.0, parameters=4,
+                  screened=1.0, closed=1.0, measured=1.0, force=1.0, stroke=0.02)  # fmt: skip
+    assert is_a_spring(trial) is is_spring
 
 
 @pytest.mark.parametrize("closed", [-1.0, 0.0, 1e3, 1e9])
