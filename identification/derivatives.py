@@ -16,6 +16,8 @@ _FEW = 0.5  # distinct values for each sample: fewer are the steps of a converte
 _WIDEST = 0.85  # of the Nyquist frequency: beyond, no filter that ends in time can close
 _CUTS = 0.8  # of the variance left: a narrower band must explain the force this much better
 _MEDIAN_ODD = 0.4549  # median of χ² with one degree of freedom: the lines of an odd record have no real part
+_ROUNDED = 1e-9  # of the highest line: no line at all
+_NOT_CHANCE = 8  # lines: of noise alone one in two hundred thousand stands
 _BEYOND = 4.0  # times the noise there: what a linear machine would show beyond the last line of the force
 _MATERIAL = 1e-3  # of the force
 _FLOOR_RATIO = 2.6  # the band of a free record ends where its spectrum meets this multiple of the floor
@@ -193,6 +195,8 @@ def band_of_drive(motion: Kinematics, force: Floats, sample_rate_hz: float) -> f
     size = [max(float(np.std(s)), 1e-300) for s in (motion.x, motion.v, motion.a)]
     lines = np.column_stack([np.fft.rfft(s / q) for s, q in zip((motion.x, motion.v, motion.a), size, strict=True)])
     inner, beyond = lines[1 : last + 1], lines[last + 1 :]
+    if np.sum(np.abs(beyond[:, 0]) > _ROUNDED * np.max(np.abs(inner[:, 0]))) < _NOT_CHANCE:
+        return None
     stacked = np.concatenate([inner.real, inner.imag])
     share = np.linalg.lstsq(stacked, np.concatenate([mean.real[1 : last + 1], mean.imag[1 : last + 1]]), rcond=None)[0]
     made, noise = float(np.sum(np.abs(beyond @ share) ** 2)), float(np.sum(variance[last + 1 :]))
