@@ -213,17 +213,18 @@ def _periodic(run: Run, name: str) -> Record:
     drop = _settling_periods(force)
     motion, kinematics = _periodic_motion(run, drop)
     settled, period = force[drop:], run.period_samples
-    narrow, limited = band_of_drive(kinematics, settled, run.sample_rate_hz), ""
+    narrow, limited, share = band_of_drive(kinematics, settled, run.sample_rate_hz), "", 1.0
+    sigma, tones = high_frequency(settled.ravel()), list[float]()
     if narrow is not None:
+        share = min(1.0, 2.0 * narrow / run.sample_rate_hz)
         settled = low_pass_lines(settled.ravel(), run.sample_rate_hz, narrow).reshape(settled.shape)
         force = np.concatenate([force[:drop], settled])
         limited = f"; the force ends at {narrow:.3g} Hz, where the motion does not: compared up to there alone"
-    tones: list[float] = []
     if settled.shape[0] >= 2:
         sigma, tones = between_periods(settled)
         route = f"{settled.shape[0]} periods of {period} samples averaged, noise from their differences"
     else:
-        sigma = high_frequency(settled.ravel())
+        sigma *= np.sqrt(share)
         route = f"one settled period of {period} samples, noise from the upper quarter of the spectrum"
     return Record(
         name=name,
@@ -241,7 +242,7 @@ def _periodic(run: Run, name: str) -> Record:
         kind=run.excitation_kind,
         again=_again(motion, kinematics, drop * period),
         band_hz=narrow,
-        independent=1.0 if narrow is None else min(1.0, 2.0 * narrow / run.sample_rate_hz),
+        independent=share,
     )
 
 

@@ -198,6 +198,18 @@ def test_where_a_force_drives_the_machine_it_is_compared_up_to_its_own_last_line
     assert record_from_run(resonator(1, k3=0.0, periodic=True)[1][0]).band_hz is None
 
 
+@pytest.mark.parametrize("periods", [2, 4])
+def test_the_noise_of_a_force_in_its_own_band_is_the_share_of_it_that_lies_there(periods: int) -> None:
+    run = shaken(1, 50.0)
+    n = run.period_samples
+    rng = np.random.default_rng(6)
+    x = np.tile(run.channels["displacement"][:n], periods)
+    force = np.tile(run.channels["force"][:n], periods) + rng.standard_normal(periods * n)
+    record = record_from_run(captured("noisy", 750.0, x, force, n))
+    assert record.band_hz == pytest.approx(150.0, abs=0.5)
+    assert record.sigma == pytest.approx(np.sqrt(2.0 * 150.0 / 750.0), rel=0.1)
+
+
 def test_a_hysteresis_that_grows_with_its_stroke_is_named_on_an_oscillator_driven_by_a_force() -> None:
     base = Model(
         name="linear", elements=(element("viscous_damping", {"c": 13.0}), element("linear_stiffness", {"k": 6e4}),
