@@ -55,6 +55,26 @@ def test_a_hidden_effect_is_named_and_the_gap_closes_on_runs_no_fit_has_seen(eff
     assert found.effects[0].confidence > 0.5
 
 
+def test_a_search_that_leads_no_further_goes_on_from_the_better_fit_it_had_passed_over() -> None:
+    runs = [run("moving_mass", k, seed=3) for k in (0, 1, 3)]
+    runs = [with_channel(r, "force", r.channels["force"] + 2e4 * r.channels["displacement"], "N") for r in runs]
+    records = [compact(record_from_run(r)) for r in runs]
+    base = fit_records(BASE, records)
+    found = naming.trials(base, BASE, records)
+    worst = max(found, key=lambda t: t.excess)
+    tried = naming.Compared(without=base, start=base, beside=(), rivals=tuple(found))
+    stuck = naming.Search(fit=worst.fit, names=(worst.name,), excess=worst.excess, given=BASE,
+                          base_excess=excess_of(base), compared={worst.name: tried})  # fmt: skip
+    grown = naming._grown_otherwise(stuck, records)
+    assert grown is not None
+    assert sorted(grown.names) == ["linear_stiffness", "moving_mass"]
+    assert [m.kind for m in grown.moves] == ["swap", "add"]
+    best = min(found, key=lambda t: t.excess)
+    assert (
+        naming._grown_otherwise(replace(stuck, fit=best.fit, names=(best.name,), excess=best.excess), records) is None
+    )
+
+
 def test_an_effect_is_named_on_top_of_a_simulation_of_any_other_program() -> None:
     theirs = fit(BASE, campaign("none", seed=3)[0]).model
     train, held = (
