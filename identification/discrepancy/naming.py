@@ -151,8 +151,9 @@ def _grown_otherwise(state: Search, records: Sequence[Record]) -> Search | None:
     passed = [
         (t, name)
         for name, c in state.compared.items()
+        if c.latest and {name, *c.beside} == set(state.names)
         for t in c.rivals
-        if c.latest and t.name not in state.names and t.excess < state.excess - 10.0 and choose([t]) is not None
+        if t.name not in state.names and t.excess < state.excess - 10.0 and choose([t]) is not None
     ]
     if not passed:
         return None

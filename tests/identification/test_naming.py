@@ -69,6 +69,8 @@ def test_a_search_that_leads_no_further_goes_on_from_the_better_fit_it_had_passe
     assert grown is not None
     assert sorted(grown.names) == ["linear_stiffness", "moving_mass"]
     assert [m.kind for m in grown.moves] == ["swap", "add"]
+    since = replace(stuck, names=(worst.name, "force_offset"))  # what was tried without a name says nothing beside it
+    assert naming._grown_otherwise(since, records) is None
     best = min(found, key=lambda t: t.excess)
     assert (
         naming._grown_otherwise(replace(stuck, fit=best.fit, names=(best.name,), excess=best.excess), records) is None
