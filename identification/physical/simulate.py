@@ -100,12 +100,12 @@ def _check_bounded(model: Model, motion: Motion) -> None:
     """
     for e in model.on("core"):
         if e.spec.code == Code.BOUC_WEN and (growth := -e.value("beta") - e.value("gamma")) > 0.0:
-            n = max(e.value("n"), _EXPONENTIAL)
-            turn = np.pi / n / np.sin(np.pi / n)
-            if not np.ptp(motion.x) < turn * e.value("A") ** (1.0 / n - 1.0) * growth ** (-1.0 / n):
+            n, a, stroke = e.value("n"), e.value("A"), float(np.ptp(motion.x))
+            least = max(n, _EXPONENTIAL)
+            if not growth * float(a * stroke / (np.pi / least / np.sin(np.pi / least))) ** n < a:
                 raise SimulationError(
                     f"'{model.name}': bouc_wen.beta + bouc_wen.gamma is {-growth:.4g}: below zero the hysteresis "
-                    f"grows, here without end within the stroke of {np.ptp(motion.x):.3g} m"
+                    f"grows, here without end within the stroke of {stroke:.3g} m"
                 )
 
 

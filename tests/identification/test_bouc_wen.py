@@ -132,6 +132,18 @@ def test_a_hysteresis_without_bound_is_refused_by_name_before_any_work() -> None
         bolted(gamma=-1.0)
 
 
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize(("n", "limit"), [(1.0, 5.2), (2.0, 1.57)])
+def test_how_far_it_may_grow_does_not_depend_on_the_unit_of_length(n: float, limit: float, scale: float) -> None:
+    """Infinite after a travel of π/2·(beta + gamma)^(−1/2) at n = 2; e⁵-fold, which is as good as that, at n = 1."""
+    inputs = motion(2.0, 0.01)
+    inputs = replace(inputs, x=scale * inputs.x, v=scale * inputs.v, a=scale * inputs.a)
+    stroke = float(np.ptp(inputs.x))
+    simulate(bolted(A=1.0, n=n, beta=-((0.95 * limit / stroke) ** n), gamma=0.0), inputs)
+    with pytest.raises(SimulationError, match="without end"):
+        simulate(bolted(A=1.0, n=n, beta=-((1.05 * limit / stroke) ** n), gamma=0.0), inputs)
+
+
 def close_to_nyquist(parts: int) -> Motion:
     """Two periods of a multisine up to 0.8 of the Nyquist frequency of a 750 Hz record, `parts` samples for one."""
     period, rate = 512 * parts, 750.0 * parts
