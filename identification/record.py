@@ -82,6 +82,14 @@ class Record:
         """Measured force within the window, (M,), N."""
         return self.force[self.window]
 
+    def seen(self, signal: Floats) -> Floats:
+        """What counts of a simulated force (N,) or its gradient (N, K): the window, in the band that is compared."""
+        if self.band_hz is None:
+            return signal[self.window]
+        if self.period:
+            return low_pass_lines(signal[self.window], 1.0 / self.dt, self.band_hz)
+        return low_pass(signal, 1.0 / self.dt, self.band_hz)[self.window]
+
 
 def compact(record: Record, foreign: Floats | None = None) -> Record:
     """The mean settled period of a periodic record, for a search that looks at what repeats; other records as they are.

@@ -10,7 +10,6 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.derivatives import low_pass, low_pass_lines
 from identification.errors import SimulationError
 from identification.physical.control import effective_current
 from identification.physical.elements import Code
@@ -74,24 +73,12 @@ def predict(model: Model, record: Record, *, gradient: bool | Mask = False) -> t
         motion = _as_left(model, record)
     response = simulate(model, motion, gradient=gradient)
     full, whole = response.gradient, response.force
-    if record.band_hz is not None and not record.period:
-        whole, full = _limited(whole, full, low_pass, record)
-    force, full = whole[record.window], None if full is None else full[record.window]
-    if record.band_hz is not None and record.period:
-        force, full = _limited(force, full, low_pass_lines, record)
+    with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the sums of its gradient
+        force = record.seen(whole)
+        full = None if full is None else record.seen(full)
     if record.simulated is not None:
         force = force + record.simulated[record.window]
     return force, full
-
-
-def _limited(
-    force: Floats, gradient: Floats | None, low: Callable[[Floats, float, float], Floats], record: Record
-) -> tuple[Floats, Floats | None]:
-    """Force and gradient in the band in which the record is compared."""
-    assert record.band_hz is not None
-    with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the sums of its gradient
-        less = None if gradient is None else low(gradient, 1.0 / record.dt, record.band_hz)
-        return low(force, 1.0 / record.dt, record.band_hz), less
 
 
 def _as_left(model: Model, record: Record) -> Motion:
