@@ -98,13 +98,19 @@ def drawn(seed: int, kind: str) -> tuple[np.random.Generator, Scene, Secret]:
 def _runs_away(scene: Scene, real: Elements) -> bool:
     """Whether the machine breaks loose: an asymmetry outgrows a curve that levels off, and nothing holds the core back.
 
-    No other effect makes a force that falls with speed, so nothing else need be run twice.
+    No other effect makes a force that falls with speed so far up, so nothing else need be run twice.
     """
     if "damping_asymmetry" not in real:
         return False
     specimen = Specimen(elements=real, scales=scene.machine.scales)
-    runs = [prepared(e, FINE, t) for e, t in zip([*scene.training, *scene.held_out], scene.hum_turns, strict=True)]
+    experiments = [*scene.training, *scene.held_out]
+    runs = [prepared(e, _fine(real), t) for e, t in zip(experiments, scene.hum_turns, strict=True)]
     return any(np.max(np.abs(true_force(specimen, run))) > RAN_AWAY * scene.machine.force_n for run in runs)
+
+
+def _fine(real: Elements) -> int:
+    """Integration steps a sample."""
+    return FINE_CONTACT if "free_play" in real else FINE
 
 
 def _wishes(rng: np.random.Generator, seed: int, kind: str) -> Iterator[tuple[str, ...]]:
@@ -231,10 +237,9 @@ def _under(conditions: Conditions, seed: int, scene: Scene, secret: Secret) -> t
 
 def _measured(rng: np.random.Generator, seed: int, kind: str, scene: Scene, secret: Secret) -> Case:
     """Run the whole campaign on the real specimen and record it."""
-    fine = FINE_CONTACT if "free_play" in secret.real else FINE
     specimen = Specimen(elements=secret.real, scales=scene.machine.scales)
     experiments = [*scene.training, *scene.held_out]
-    runs = [prepared(e, fine, turns) for e, turns in zip(experiments, scene.hum_turns, strict=True)]
+    runs = [prepared(e, _fine(secret.real), turns) for e, turns in zip(experiments, scene.hum_turns, strict=True)]
     truth = [gain * true_force(specimen, run) for gain, run in zip(secret.gains, runs, strict=True)]
     trained = len(scene.training)
     noise = scene.noise_share * rms(np.concatenate(truth[:trained]))

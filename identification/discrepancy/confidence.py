@@ -81,7 +81,8 @@ def alike_curves(found: Search, name: str) -> list[str]:
 
 
 def _rewritten(found: Search, records: Sequence[Record]) -> float:
-    """How far the base's own curves moved from the given ones to make room for the names, as a share of its force.
+    """How far the base's own curves moved from the given ones to make room for the names, as a share of its force,
+    of the given or the fitted, whichever is larger.
 
     Given values may be off by a third. A curve beside which the base's own becomes another one has replaced it: the
     base may be of the wrong family, and nothing is missing.
@@ -92,13 +93,18 @@ def _rewritten(found: Search, records: Sequence[Record]) -> float:
     given, now = _curves_of(found.given), _curves_of(base)
     if given is None or now is None:
         return 0.0
-    moved = total = 0.0
+    moved = was = became = 0.0
     for r in records:
         with suppress(SimulationError):
-            change, force = predict(now, r)[0] - predict(given, r)[0], predict(found.given, r)[0]
+            change, old, new = (
+                predict(now, r)[0] - predict(given, r)[0],
+                predict(found.given, r)[0],
+                predict(base, r)[0],
+            )
             moved += float(np.sum(change**2)) / r.sigma**2
-            total += float(np.sum(force**2)) / r.sigma**2
-    return float(np.sqrt(moved / total)) if total > 0.0 else 0.0
+            was += float(np.sum(old**2)) / r.sigma**2
+            became += float(np.sum(new**2)) / r.sigma**2
+    return float(np.sqrt(moved / max(was, became))) if was > 0.0 else 0.0
 
 
 def _curves_of(model: Model) -> Model | None:

@@ -29,10 +29,11 @@ from identification.discrepancy.explanation import (
     gaps_of,
 )
 from identification.discrepancy.hum import Hum, find_hum, hum_in
-from identification.discrepancy.naming import Search, one_delay, one_joint, search
+from identification.discrepancy.naming import Search, one_delay, one_joint
 from identification.discrepancy.nexttest import propose
 from identification.discrepancy.notes import coarse, finer, of_runs, tared_apart, unnamed
 from identification.discrepancy.preparation import prepared
+from identification.discrepancy.search import search
 from identification.discrepancy.signatures import tangent
 from identification.discrepancy.where import Region, locate
 from identification.errors import SimulationError

@@ -34,7 +34,7 @@ from identification.physical.model import Model
 from identification.physical.simulate import RIGID_STIFFNESS
 from identification.record import Record
 
-_CLOSES = 0.4  # an element that stands alone must close this share of the excess that is left
+CLOSES = 0.4  # an element that stands alone must close this share of the excess that is left
 _EXPLAINED = 0.1  # share of the base's excess that several names together may leave
 _STEEL = 0.2  # of what a rigid contact is taken for
 _SEAT = 0.05  # of what a play does: as much as the ways in which its halves may meet differ
@@ -81,30 +81,37 @@ class Search:
     base_excess: float = 0.0  # before any name, the base's own curves refined
     moves: tuple[Move, ...] = field(default=())
     compared: Mapping[str, Compared] = field(default_factory=dict)  # each name, as it was last tried
+    before: Search | None = None  # the latest name was added
 
 
-def search(
-    given: Model, base: Fit, records: Sequence[Record], *, on_progress: Callable[[str], None] | None = None
-) -> Search:
-    """Name what `base` is missing on `records` (compact): add while it pays, then swap and drop what does not hold."""
-    say = on_progress or (lambda text: None)
-    if _worth_more(Search(fit=base, names=(), excess=excess_of(base), given=given), records):
-        base = refine_curves(base, records)
-    start = excess_of(base)
-    given = shaped_like(given, base.model)
-    state = sure = Search(fit=base, names=(), excess=start, given=given, base_excess=start)
+def climbed(state: Search, records: Sequence[Record], say: Callable[[str], None]) -> Search:
+    """The state with every name that pays, on `records` (compact): add while it does, then swap and drop."""
     turned = False
-    while len(state.names) < _MAX_EFFECTS and _worth_more(state, records):
+    while len(state.names) < _MAX_EFFECTS and worth_more(state, records):
         say(f"{len(state.names)} named so far, the gap is {_over_noise(state):.1f} × the noise of a mean period")
-        before, grown = state, _grown(state, records)
+        grown = _grown(state, records)
         if grown is None and not turned:
             grown, turned = _grown_otherwise(state, records), True
         if grown is None or len(grown.moves) > _MOST_MOVES:
             break
         state = grown
-        if sure is before and state.excess < (1.0 - _CLOSES) * before.excess:
-            sure = state
-    return _needed(state, records) if state.excess < _EXPLAINED * start else sure
+    return state
+
+
+def explains(state: Search) -> bool:
+    """Whether the names together leave little of the gap."""
+    return state.excess < _EXPLAINED * state.base_excess
+
+
+def proven(state: Search, records: Sequence[Record]) -> Search:
+    """The state less every name without which the others fit as well; or less all but a first name that closes much
+    alone, and less that too, where together they don't explain the gap."""
+    if explains(state):
+        return _needed(state, records)
+    while state.before is not None and state.before.before is not None:
+        state = state.before
+    much = state.before is None or state.excess < (1.0 - CLOSES) * state.before.excess
+    return state if much or state.before is None else state.before
 
 
 def one_joint(state: Search, records: Sequence[Record]) -> Search:
@@ -163,19 +170,25 @@ def _grown_otherwise(state: Search, records: Sequence[Record]) -> Search | None:
 
 def _added(state: Search, records: Sequence[Record], but: Collection[str] = ()) -> Search | None:
     alone = state.excess < _EXPLAINED * state.base_excess  # of a gap that is all but closed no part is worth little
-    at_least = _CLOSES if alone else HELPS
+    at_least = CLOSES if alone else HELPS
     if len(state.names) == _MAX_EFFECTS - 1:  # the last name must explain the gap, or none of those beside it is kept
         at_least = max(at_least, 1.0 - _EXPLAINED * state.base_excess / state.excess)
-    grown = _add(state, records, at_least, but)
-    if grown is None:
+    found = trials(state.fit, _given(state), records, least=FULFILS * at_least, but=but)
+    chosen = choose(found)
+    if chosen is None or state.excess - chosen.excess < at_least * state.excess:
         return None
-    grown = _refine(grown, records)
+    return taken_up(state, chosen, found, records)
+
+
+def taken_up(state: Search, chosen: Trial, found: Sequence[Trial], records: Sequence[Record]) -> Search:
+    """The state with the name that was chosen among the trials, and the earlier ones tried again beside it."""
+    grown = _refined(_with(state, chosen, found), records)
     return _settle(grown, records) if len(grown.names) > 1 else grown
 
 
-def _refine(state: Search, records: Sequence[Record]) -> Search:
+def _refined(state: Search, records: Sequence[Record]) -> Search:
     """The state with the finer shapes that show once the largest gap has closed."""
-    if not _worth_more(state, records):
+    if not worth_more(state, records):
         return state
     fit = refine_curves(state.fit, records)
     return replace(state, fit=fit, excess=excess_of(fit), given=shaped_like(state.given, fit.model))
@@ -185,21 +198,15 @@ def _over_noise(state: Search) -> float:
     return float(np.sqrt(1.0 + max(state.excess, 0.0) / max(state.fit.samples, 1)))
 
 
-def _worth_more(state: Search, records: Sequence[Record]) -> bool:
+def worth_more(state: Search, records: Sequence[Record]) -> bool:
     """Whether what is left is real, matters, and is more than the form of what was named can answer for."""
     form = misshapen(state.fit.model, state.names, records, state.base_excess - state.excess)
     floor = max(material_excess(records), significant_excess(records))
     return state.excess > floor + form
 
 
-def _add(state: Search, records: Sequence[Record], at_least: float, but: Collection[str]) -> Search | None:
-    found = trials(state.fit, _given(state), records, least=FULFILS * at_least, but=but)
-    chosen = choose(found)
-    if chosen is None:
-        return None
-    closed = (state.excess - chosen.excess) / state.excess
-    if closed < at_least:
-        return None
+def _with(state: Search, chosen: Trial, found: Sequence[Trial]) -> Search:
+    """The state with the name that was chosen among the trials."""
     move = Move(
         kind="add",
         name=chosen.name,
@@ -214,6 +221,7 @@ def _add(state: Search, records: Sequence[Record], at_least: float, but: Collect
         excess=chosen.excess,
         moves=(*state.moves, move),
         compared={**state.compared, chosen.name: _compared(state.fit, state.names, found)},
+        before=state,
     )
 
 

@@ -76,7 +76,8 @@ def signature(model: Model, trial: Element, records: Sequence[Record], at: Tange
         for record, base, weight in zip(records, at.base, at.weights, strict=True):
             force, gradient = predict(grown, record, gradient=own)
             assert gradient is not None
-            columns.append(weight * np.column_stack([force - base, gradient]))
+            with np.errstate(over="ignore", invalid="ignore"):
+                columns.append(weight * np.column_stack([force - base, gradient]))
     except SimulationError:
         return Signature(trial, 0.0, 0.0)
     stacked = np.concatenate(columns)
