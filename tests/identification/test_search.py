@@ -1,0 +1,81 @@
+"""The search from other starts, on specimens whose curves are not those of the catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import pytest
+
+from identification.discrepancy import naming, search
+from identification.discrepancy.excess import excess_of
+from identification.discrepancy.naming import Search
+from identification.fitting.leastsquares import fit_records
+from identification.physical.model import Element, Model, element
+from identification.record import Record, compact, record_from_run
+from tests.identification.specimens import run
+
+BASE = Model(
+    name="as simulated today",
+    elements=(
+        element("valve_damping", {"c_soft": 900, "c_firm": 2100, "u_soft": 0.3, "u_firm": 1.6, "w_knee": 0.6}),
+        element("tanh_hysteresis", {"alpha": 50, "alpha_control": 0, "beta": 40, "delta": 0.0}, ("delta",)),
+    ),
+)
+
+
+def records_with(effect: str) -> list[Record]:
+    return [compact(record_from_run(run(effect, k, seed=3))) for k in (0, 1, 2, 4)]
+
+
+def test_where_a_name_led_nowhere_the_likeliest_beside_it_is_taken_up() -> None:
+    records = records_with("moving_mass")
+    base = fit_records(BASE, records)
+    bare = Search(fit=base, names=(), excess=excess_of(base), given=BASE, base_excess=excess_of(base))
+    found = naming.trials(base, BASE, records)
+    wrong = max(found, key=lambda t: t.excess)
+    astray = naming.taken_up(bare, wrong, found, records)
+    other = search._second(bare, astray, astray.names, records)
+    assert other is not None
+    assert other.names == ("moving_mass",)
+    assert search._second(bare, astray, [t.name for t in found], records) is None, "nothing else was tried"
+    assert search._steps(astray) == [(bare, astray)]
+
+
+def test_what_is_held_near_its_given_value_gets_its_own_limits_back() -> None:
+    own = replace(BASE.elements[0].parameters[0], low=600.0)
+    valve = Element("valve_damping", (own, *BASE.elements[0].parameters[1:]))
+    given = replace(BASE, elements=(valve, BASE.elements[1]))
+    held = search._held(given)
+    soft, firm = held.elements[0].parameters[:2]
+    assert (soft.low, soft.high) == (600.0, 2700.0)
+    assert (firm.low, firm.high) == (700.0, 6300.0)
+    alpha, alpha_control, _, delta, *_ = held.elements[1].parameters
+    assert alpha.high == 150.0
+    assert alpha_control.high is None, "what is given as nothing has no size to be held to"
+    assert delta.high is None, "what is fixed stays as it is"
+    records = records_with("none")[:1]
+    fit = fit_records(held, records, max_iterations=1)
+    freed = search._freed(Search(fit=fit, names=(), excess=0.0, given=held), given).fit.model
+    limits = [(p.low, p.high) for e in freed.elements for p in e.parameters]
+    assert limits == [(p.low, p.high) for e in given.elements for p in e.parameters]
+    assert (freed.values() == fit.model.values()).all()
+
+
+def test_a_base_that_has_bent_too_far_is_held_near_what_was_given(monkeypatch: pytest.MonkeyPatch) -> None:
+    records = records_with("linear_stiffness")
+    given = BASE.with_values([*BASE.values()[:7], 8.0, *BASE.values()[8:]])  # a friction five times as blunt as it is
+    assert given.elements[1].value("beta") == 8.0
+    base = fit_records(given, records)
+    assert search._leaves(base.model, search._held(given))
+    told: list[str] = []
+    climb = search.climbed
+
+    def astray(state: Search, records: Sequence[Record], say: Callable[[str], None]) -> Search:
+        return climb(state, records, say) if told else state
+
+    monkeypatch.setattr(search, "climbed", astray)
+    found = search.search(given, base, records, on_progress=told.append)
+    assert "near its given values" in told[0]
+    assert found.names[0] == "linear_stiffness"
+    assert all(p.high is None for p in found.fit.model.elements[1].parameters if not p.fixed)
