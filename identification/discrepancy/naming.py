@@ -81,7 +81,7 @@ class Search:
     base_excess: float = 0.0  # before any name, the base's own curves refined
     moves: tuple[Move, ...] = field(default=())
     compared: Mapping[str, Compared] = field(default_factory=dict)  # each name, as it was last tried
-    before: Search | None = None  # the latest name was added
+    before: Search | None = None  # as it was before the latest name
 
 
 def climbed(state: Search, records: Sequence[Record], say: Callable[[str], None]) -> Search:
@@ -89,12 +89,12 @@ def climbed(state: Search, records: Sequence[Record], say: Callable[[str], None]
     turned = False
     while len(state.names) < _MAX_EFFECTS and worth_more(state, records):
         say(f"{len(state.names)} named so far, the gap is {_over_noise(state):.1f} × the noise of a mean period")
-        grown = _grown(state, records)
-        if grown is None and not turned:
-            grown, turned = _grown_otherwise(state, records), True
-        if grown is None or len(grown.moves) > _MOST_MOVES:
+        larger = grown(state, records)
+        if larger is None and not turned:
+            larger, turned = _grown_otherwise(state, records), True
+        if larger is None or len(larger.moves) > _MOST_MOVES:
             break
-        state = grown
+        state = larger
     return state
 
 
@@ -104,14 +104,15 @@ def explains(state: Search) -> bool:
 
 
 def proven(state: Search, records: Sequence[Record]) -> Search:
-    """The state less every name without which the others fit as well; or less all but a first name that closes much
-    alone, and less that too, where together they don't explain the gap."""
+    """What stands of the names: those that are needed, where together they explain the gap; else the first, where it
+    closes much by itself; else none."""
     if explains(state):
         return _needed(state, records)
     while state.before is not None and state.before.before is not None:
         state = state.before
-    much = state.before is None or state.excess < (1.0 - CLOSES) * state.before.excess
-    return state if much or state.before is None else state.before
+    if state.before is None or state.excess < (1.0 - CLOSES) * state.before.excess:
+        return state
+    return state.before
 
 
 def one_joint(state: Search, records: Sequence[Record]) -> Search:
@@ -146,11 +147,11 @@ def _needed(state: Search, records: Sequence[Record]) -> Search:
     return state
 
 
-def _grown(state: Search, records: Sequence[Record]) -> Search | None:
+def grown(state: Search, records: Sequence[Record]) -> Search | None:
     """The state with one more name, where one pays; two dry frictions in one machine are one, of another form."""
-    grown = _added(state, records)
-    twice = grown is not None and len(DRY_FRICTIONS.intersection(grown.names)) > 1
-    return _added(state, records, but=DRY_FRICTIONS) if twice else grown
+    larger = _added(state, records)
+    twice = larger is not None and len(DRY_FRICTIONS.intersection(larger.names)) > 1
+    return _added(state, records, but=DRY_FRICTIONS) if twice else larger
 
 
 def _grown_otherwise(state: Search, records: Sequence[Record]) -> Search | None:
@@ -165,7 +166,7 @@ def _grown_otherwise(state: Search, records: Sequence[Record]) -> Search | None:
     if not passed:
         return None
     better, name = min(passed, key=lambda p: p[0].excess)
-    return _grown(_swapped(state, name, better, state.compared[name]), records)
+    return grown(_swapped(state, name, better, state.compared[name]), records)
 
 
 def _added(state: Search, records: Sequence[Record], but: Collection[str] = ()) -> Search | None:
@@ -182,8 +183,8 @@ def _added(state: Search, records: Sequence[Record], but: Collection[str] = ()) 
 
 def taken_up(state: Search, chosen: Trial, found: Sequence[Trial], records: Sequence[Record]) -> Search:
     """The state with the name that was chosen among the trials, and the earlier ones tried again beside it."""
-    grown = _refined(_with(state, chosen, found), records)
-    return _settle(grown, records) if len(grown.names) > 1 else grown
+    larger = _refined(_with(state, chosen, found), records)
+    return _settle(larger, records) if len(larger.names) > 1 else larger
 
 
 def _refined(state: Search, records: Sequence[Record]) -> Search:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.discrepancy.excess import excess_of
-from identification.discrepancy.naming import CLOSES, Search, climbed, explains, proven, taken_up, worth_more
+from identification.discrepancy.naming import CLOSES, Search, climbed, explains, grown, proven, taken_up, worth_more
 from identification.discrepancy.trials import HELPS, choose
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import refine_curves, shaped_like
@@ -49,7 +49,7 @@ def _bare(given: Model, base: Fit, records: Sequence[Record]) -> Search:
 
 def _elsewhere(last: Search, given: Model, base: Fit, records: Sequence[Record]) -> Iterator[tuple[str, Search]]:
     """Other starts: where the names come near, what was likely beside the last of them, or the first; and the base held
-    near its given values, where its refit has left them."""
+    near its given values, where its refit has left them and one name then closes much."""
     steps = _steps(last) if explains(last) else []
     for before, after in (*steps[:1], *steps[1:][-1:]):
         second = _second(before, after, last.names, records)
@@ -57,8 +57,10 @@ def _elsewhere(last: Search, given: Model, base: Fit, records: Sequence[Record])
             yield f"with {CATALOGUE[second.names[-1]].title}", second
     held = _held(given)
     if _leaves(base.model, held):
-        near = _bare(held, fit_records(held, records), records)
-        yield "with the base near its given values", replace(near, base_excess=last.base_excess)
+        near = replace(_bare(held, fit_records(held, records), records), base_excess=last.base_excess)
+        first = grown(near, records)
+        if first is not None and first.excess < (1.0 - CLOSES) * near.excess:
+            yield "with the base near its given values", first
 
 
 def _steps(last: Search) -> list[tuple[Search, Search]]:

@@ -227,7 +227,7 @@ def test_two_dry_frictions_in_one_machine_are_given_one_name(settles: bool, monk
         added = naming._added(state, records)
         assert added is not None
         assert len(DRY_FRICTIONS.intersection(added.names)) == 2
-    grown = naming._grown(state, records)
+    grown = naming.grown(state, records)
     assert grown is not None
     assert len(DRY_FRICTIONS.intersection(grown.names)) == 1
 
