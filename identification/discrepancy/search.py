@@ -34,9 +34,15 @@ def search(
         text, start = another
         say(f"something is left: looking once more, {text}")
         other = proven(climbed(start, records, say), records)
-        if explains(other) and other.excess < (1.0 - CLOSES) * found.excess:
+        if _better(other, found, records):
             found = _freed(other, given)
     return found
+
+
+def _better(other: Search, found: Search, records: Sequence[Record]) -> bool:
+    """Whether other names explain much more, and all that matters where those found explain most of it already."""
+    whole = not explains(found) or not worth_more(other, records)
+    return whole and explains(other) and other.excess < (1.0 - CLOSES) * found.excess
 
 
 def _bare(given: Model, base: Fit, records: Sequence[Record]) -> Search:

@@ -79,3 +79,18 @@ def test_a_base_that_has_bent_too_far_is_held_near_what_was_given(monkeypatch: p
     assert "near its given values" in told[0]
     assert found.names[0] == "linear_stiffness"
     assert all(p.high is None for p in found.fit.model.elements[1].parameters if not p.fixed)
+
+
+@pytest.mark.parametrize(
+    ("found", "other", "taken"),
+    [(50.0, 5.0, True), (50.0, 20.0, False), (400.0, 20.0, True), (400.0, 150.0, False), (12.0, 9.0, False)],
+)
+def test_of_two_answers_that_come_near_only_a_whole_one_replaces_the_first(
+    found: float, other: float, taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a gap of 1000, 100 is near and 10 is the noise."""
+    records = records_with("none")[:1]
+    fit = fit_records(BASE, records, max_iterations=1)
+    monkeypatch.setattr(search, "worth_more", lambda state, records: state.excess > 10.0)
+    first, second = (Search(fit=fit, names=(), excess=e, given=BASE, base_excess=1000.0) for e in (found, other))
+    assert search._better(second, first, records) == taken
