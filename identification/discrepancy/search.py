@@ -16,9 +16,7 @@ from identification.physical.catalogue import CATALOGUE
 from identification.physical.model import Element, Model, Parameter
 from identification.record import Record
 
-_NEAR = (
-    3.0  # times its given value, or a part of it: a parameter of the base that goes farther has bent to hide the gap
-)
+_NEAR = 3.0  # times its given value, up or down: a parameter of the base that goes farther has bent to hide the gap
 
 
 def search(
