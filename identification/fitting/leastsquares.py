@@ -24,6 +24,7 @@ Mask = NDArray[np.bool_]
 _SHRINK = 5.0  # a parameter that must stay above zero may lose at most this factor in a step
 _DAMPINGS = 10
 _RUNAWAY = 1e100  # a gradient that squares to infinity
+_UNSEEN = 1e-200  # a sum of squares from which no finite variance follows
 _FORGOTTEN = 1e-3  # of the width of a magnet's hysteresis
 _FEWEST = 2  # samples: one is no motion
 _WORKERS = 2  # the solver releases the interpreter lock
@@ -254,7 +255,7 @@ def _normal(evaluation: Evaluation, weights: Sequence[float], robust: float | No
 def _bounded_step(theta: Floats, gram: Floats, slope: Floats, damping: float, *, low: Floats, high: Floats) -> Floats:
     """Damped Gauss–Newton step that stays within bounds: what would leave them is held, the others solve again."""
     active = ((theta <= low) & (slope < 0.0)) | ((theta >= high) & (slope > 0.0))
-    move = ~active & (np.diag(gram) > 0.0)
+    move = ~active & (np.diag(gram) > _UNSEEN)
     step = np.zeros_like(theta)
     if np.any(move):
         scale = np.sqrt(np.diag(gram)[move])
@@ -302,7 +303,7 @@ def _result(
 
 def _inverse(gram: Floats) -> Floats:
     """Inverse of a Gram matrix in its own scaling; what the data don't see gets a huge variance, not a nan."""
-    scale = np.sqrt(np.where(np.diag(gram) > 0.0, np.diag(gram), 1.0))
+    scale = np.sqrt(np.where(np.diag(gram) > _UNSEEN, np.diag(gram), 1.0))
     values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
     inverse = (vectors / np.maximum(values, 1e-12)) @ vectors.T
     out: Floats = inverse / np.outer(scale, scale)

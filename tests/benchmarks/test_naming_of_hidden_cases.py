@@ -27,9 +27,8 @@ SINGLES = (7, 10, 14, 24)
     [
         *(("single", seed) for seed in SINGLES),
         ("single", 7222),  # a relief valve and the base beside it fit nearly as well, each seven times the force
-        ("single", 11018),  # play in a joint whose halves meet softly, by the measure of so small a machine
         ("single", 11078),  # a lag after reversals makes a tone near that of the mains
-        ("single", 13033),  # a dead time that a lag smears
+        ("single", 14260),  # play in a joint, of another law than the catalogue's
         ("pair", 1),
         ("pair", 11010),  # a spring, and a lag after reversals that alone would pass for most of it
         ("unknown", 4),

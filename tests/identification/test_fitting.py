@@ -11,6 +11,7 @@ from benchmarks.hidden.case import case
 from identification.errors import DataError
 from identification.fitting import fit, fit_from_many, fit_records, profile, warnings
 from identification.fitting.frogs import frog_leaping
+from identification.fitting.leastsquares import _inverse
 from identification.physical.literature import literature
 from identification.physical.model import Model, element
 from identification.physical.modelfile import model_from_json
@@ -68,6 +69,13 @@ def test_the_stated_deviation_is_that_of_repeated_experiments() -> None:
     stated = np.mean([np.sqrt(np.diag(f.covariance)) for f in fits], axis=0)
     assert values.std(axis=0, ddof=1) == pytest.approx(stated, rel=0.5)
     assert np.all(np.abs(values.mean(axis=0) - TRUE.values()[TRUE.free()]) < 4 * stated / np.sqrt(24))
+
+
+def test_what_the_data_hardly_see_has_a_huge_deviation_and_a_finite_one() -> None:
+    variances = np.diag(_inverse(np.diag([1e-310, 1e-190, 4.0])))
+    assert np.all(np.isfinite(variances))
+    assert variances[:2].min() > 1e11
+    assert variances[2] == pytest.approx(0.25)
 
 
 def test_the_profile_of_a_well_seen_parameter_is_its_deviation() -> None:

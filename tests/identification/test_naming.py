@@ -21,9 +21,9 @@ from identification.fitting import fit
 from identification.fitting.leastsquares import fit_records
 from identification.measures import score_signals
 from identification.physical.catalogue import CATALOGUE
-from identification.physical.model import Model, element
+from identification.physical.model import Element, Model, element
 from identification.physical.modelfile import read_model
-from identification.record import compact, record_from_run
+from identification.record import Record, compact, record_from_run
 from identification.simulation import simulate_run
 from rigctl.runfile import with_channel
 from tests.identification.specimens import campaign, run
@@ -282,3 +282,40 @@ def test_what_may_be_the_form_of_a_name_is_bounded_by_what_the_name_closes(close
     form = misshapen(BASE, ["tanh_hysteresis"], records, closed)
     assert 0.0 <= form <= 4.0 * FORM_TOLERANCE**2 * max(closed, 0.0)
     assert form <= FORM_TOLERANCE**2 * contribution(BASE, "tanh_hysteresis", records)
+
+
+def as_found(*added: Element) -> tuple[naming.Search, list[Record]]:
+    """What a search that ends with these elements stands on; the runs hold none of them."""
+    records = [compact(record_from_run(run("none", 0, seed=3)))]
+    model = BASE
+    for e in added:
+        model = model.with_element(e)
+    fitted = fit_records(model, records, max_iterations=1)
+    names = tuple(e.name for e in added)
+    return naming.Search(fit=replace(fitted, model=model), names=names, excess=excess_of(fitted), given=BASE), records
+
+
+@pytest.mark.parametrize(("k", "named"), [(1e7, False), (8e4, True)])
+def test_how_the_halves_of_a_joint_with_play_meet_is_no_effect_of_its_own(k: float, named: bool) -> None:
+    play, seat = element("free_play", {"gap": 1e-3}), element("series_compliance", {"k": k, "c": 0.0})
+    state, records = as_found(play, seat)
+    rest = fit_records(state.fit.model.without("series_compliance"), records)
+    whole = replace(state, excess=excess_of(rest) - 0.5 * naming.contribution(state.fit.model, "free_play", records))
+    assert naming.one_joint(whole, records).names == (("free_play", "series_compliance") if named else ("free_play",))
+    of_no_account = replace(state, excess=excess_of(rest))
+    assert naming.one_joint(of_no_account, records).names == ("free_play",)
+
+
+@pytest.mark.parametrize(
+    ("lag", "delay", "names"),
+    [
+        (0.002, 0.010, ("control_delay",)),
+        (0.010, 0.002, ("control_lag",)),
+        (0.008, 0.010, ("control_lag", "control_delay")),
+    ],
+)
+def test_a_lag_that_only_smears_a_dead_time_is_no_effect_of_its_own(
+    lag: float, delay: float, names: tuple[str, ...]
+) -> None:
+    state, _ = as_found(element("control_lag", {"tau": lag}), element("control_delay", {"tau": delay}))
+    assert naming.one_delay(state).names == names
