@@ -69,7 +69,7 @@ class Page:
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
 
-    def wait_for(self, expression: str, within_s: float = 20.0) -> None:
+    def wait_for(self, expression: str, within_s: float = 60.0) -> None:
         ends = time.monotonic() + within_s
         while not self.evaluate(expression):
             assert time.monotonic() < ends, f"not true within {within_s} s: {expression}"
@@ -100,7 +100,7 @@ class Page:
             case "Log.entryAdded" if event["params"]["entry"]["level"] == "error":
                 self.complaints.append(str(event["params"]["entry"]))
 
-    def _next(self, within_s: float = 30.0) -> dict[str, Any]:
+    def _next(self, within_s: float = 120.0) -> dict[str, Any]:
         while b"\0" not in self._buffer:
             ready, _, _ = select.select([self._from], [], [], within_s)
             assert ready, f"the browser has said nothing for {within_s} s"

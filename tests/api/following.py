@@ -25,7 +25,7 @@ def get(base: str, path: str) -> Answer:
     return answer
 
 
-def until(base: str, campaign_id: str, reached: Callable[[Answer], bool], within_s: float = 60.0) -> Answer:
+def until(base: str, campaign_id: str, reached: Callable[[Answer], bool], within_s: float = 180.0) -> Answer:
     ends = time.monotonic() + within_s
     while True:
         campaign = get(base, f"/v1/campaigns/{campaign_id}")

@@ -312,7 +312,7 @@ def test_an_interrupted_run_ends_with_the_rig_safe_and_a_true_file(place: Path, 
     transport.close()
 
 
-def _until(true: Any, within_s: float = 30.0) -> None:
+def _until(true: Any, within_s: float = 90.0) -> None:
     ends = time.monotonic() + within_s
     while not true():
         assert time.monotonic() < ends

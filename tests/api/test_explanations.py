@@ -92,11 +92,11 @@ def asked(base: str, body: dict[str, Any]) -> httpx.Response:
     return httpx.post(f"{base}/v1/explanations", json=body, timeout=120)
 
 
-def ended(base: str, explanation_id: str, within_s: float = 120.0) -> dict[str, Any]:
+def ended(base: str, explanation_id: str, within_s: float = 300.0) -> dict[str, Any]:
     return reached(base, explanation_id, lambda one: one["ended"] is not None, within_s)
 
 
-def reached(base: str, explanation_id: str, there: Any, within_s: float = 60.0) -> dict[str, Any]:
+def reached(base: str, explanation_id: str, there: Any, within_s: float = 180.0) -> dict[str, Any]:
     ends = time.monotonic() + within_s
     while not there(one := get(base, f"/v1/explanations/{explanation_id}")):
         assert time.monotonic() < ends, one
@@ -233,7 +233,7 @@ def test_a_test_engineer_asks_in_the_browser_and_reads_the_report(
         field = page.call("DOM.querySelector", nodeId=document, selector="#model")["nodeId"]
         page.call("DOM.setFileInputFiles", nodeId=field, files=[str(tmp_path / "model.json")])
         page.evaluate("document.querySelector('#ask').click()")
-        page.wait_for("document.querySelectorAll('#explanations a').length === 3", within_s=120.0)
+        page.wait_for("document.querySelectorAll('#explanations a').length === 3", within_s=300.0)
         page.evaluate("document.querySelector('#explanations').scrollIntoView()")
         assert len(page.picture(tmp_path / "page.png")) > 20_000
         link = page.evaluate("document.querySelector('#explanations a').href")

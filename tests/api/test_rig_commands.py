@@ -252,7 +252,7 @@ def test_an_interlock_of_the_command_line_ends_the_test(road: Path, capsys: pyte
     assert read_run(road / "runs" / "road.h5").status == "aborted"
 
 
-def _until(true: Callable[[], bool], within_s: float = 30.0) -> None:
+def _until(true: Callable[[], bool], within_s: float = 90.0) -> None:
     ends = time.monotonic() + within_s
     while not true():
         assert time.monotonic() < ends

@@ -136,19 +136,19 @@ def a_process(url: str, speed: float) -> Iterator[tuple[subprocess.Popen[str], s
             process.kill()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def modbus_rig() -> Iterator[str]:
     with a_process("modbus://127.0.0.1:0", 50.0) as (_, url):
         yield url
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def can_rig() -> Iterator[str]:
     with a_process(f"can://loopback/test-{os.getpid()}", 50.0) as (_, url):
         yield url
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def can_fd_rig() -> Iterator[str]:
     with a_process(f"can://loopback/test-fd-{os.getpid()}?fd=true", 50.0) as (_, url):
         yield url
