@@ -50,9 +50,23 @@ def test_a_hidden_effect_is_named_and_the_gap_closes_on_runs_no_fit_has_seen(eff
     train, held = campaign(effect, seed=3)
     found = explain(BASE, train, held)
     assert [f.element for f in found.effects] == [effect]
+    assert found.verdict == Verdict.EXPLAINED
     assert found.held_out.closed is not None
     assert found.held_out.closed > 0.9
     assert found.effects[0].confidence > 0.5
+
+
+def test_names_that_do_not_close_the_gap_on_unseen_runs_explain_it_only_in_part() -> None:
+    train, held = campaign("linear_stiffness", seed=3)
+    x = held[0].channels["displacement"]
+    worn = with_channel(held[0], "force", held[0].channels["force"] + 4e9 * x**5, "N")
+    found = explain(BASE, train, [worn])
+    assert [e.element for e in found.effects] == ["linear_stiffness"]
+    assert found.held_out.closed is not None
+    assert 0.0 < found.held_out.closed < 0.88
+    assert found.verdict == Verdict.PARTLY_EXPLAINED
+    assert f"held-out runs {found.held_out.final:.3g} N rms stays" in found.remainder
+    assert worn.run_id in found.remainder
 
 
 def test_a_search_that_leads_no_further_goes_on_from_the_better_fit_it_had_passed_over() -> None:
