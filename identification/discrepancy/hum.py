@@ -19,6 +19,7 @@ _MATERIAL = 0.003  # of rms force: less matters to nobody
 _CYCLES = 5.0  # in the shortest run: slower, a tone is an offset or a drift
 _BLOCKS = 256  # into which a record is summed: what lies within some 30 lines of the centre stays as it is
 _BLIND = 0.1  # of a tone: a record that keeps less of it can't tell it from the motion's own harmonics
+_UNSEEN = 1e-6  # the same, of what is left where a period repeats the tone: rounding
 _LINES_AWAY = 2.0  # lines between a tone and a harmonic of a sine that is known to a line
 _ONE_SINE = 0.9  # of a motion's power in one line
 _SAME_AMPLITUDE = 0.35  # scatter over the runs beyond which it is no property of the channel
@@ -96,6 +97,11 @@ class _Sight:
         away = abs(frequency - harmonic * self.fundamental) * self.samples * self.dt
         return 0.0 if away < _LINES_AWAY and harmonic > 0 else 1.0
 
+    def weight(self, frequency: float) -> float:
+        """Of the power at a frequency in what is left: then a tone weighs most at its own, however little is left."""
+        left = self.left(frequency)
+        return self.samples / self.sigma**2 / left if left > _UNSEEN else 0.0
+
 
 def _sight(record: Record) -> _Sight:
     samples = record.measured.size
@@ -154,8 +160,7 @@ def _refine(coarse: float, near: Sequence[_Near], sights: Sequence[_Sight]) -> f
     for span in (width, 0.2 * width, 0.04 * width):
         grid = frequency + np.linspace(-span, span, 11)
         power = sum(
-            n.amplitudes(grid) ** 2 * (n.samples / s.sigma**2) / np.maximum([s.left(f) for f in grid], _BLIND)
-            for n, s in zip(near, sights, strict=True)
+            n.amplitudes(grid) ** 2 * np.array([s.weight(f) for f in grid]) for n, s in zip(near, sights, strict=True)
         )
         frequency = float(grid[int(np.argmax(power))])
     return frequency

@@ -51,3 +51,13 @@ def test_a_tone_beside_the_harmonics_is_found_with_its_amplitude(period: int, fr
     assert hum is not None
     assert hum.frequency_hz == pytest.approx(frequency_hz, abs=0.01)
     assert hum.amplitude == pytest.approx(5.0, rel=0.1)
+
+
+def test_runs_whose_periods_all_but_repeat_a_tone_do_not_draw_it_to_where_they_would_repeat_less_of_it() -> None:
+    frequency_hz = 50.009
+    records = [a_record(period=p, sine_hz=1000.0 / p) for p in (2000, 4000, 3000, 6000, 1849, 1916)]
+    records = [replace(r, tones_hz=(frequency_hz + 0.03,)) for r in records]
+    hum = find_hum([a_residual(r, frequency_hz) for r in records], records)
+    assert hum is not None
+    assert hum.frequency_hz == pytest.approx(frequency_hz, abs=0.001)
+    assert hum.amplitude == pytest.approx(5.0, rel=0.02)
