@@ -322,13 +322,13 @@ def _remainder(
         return ""
     if verdict == Verdict.EXPLAINED:
         return f"{size:.3g} N rms stays, no more than the canonical forms of the named effects may miss of real ones"
+    if verdict == Verdict.PARTLY_EXPLAINED and size < _NEAR_FLOOR * noise_floor:
+        return f"on the fitted runs the named effects leave {size:.3g} N rms beyond the noise"
     where = regions[0].text if regions else "spread over all runs"
     like = describe(records, tangent(found.fit.model, records)).text
     if verdict == Verdict.UNKNOWN_EFFECT:
         near = _nearest(found)
         return f"a repeatable {size:.3g} N rms that no element of the catalogue explains; {where}{near}; {like}"
-    if size < _NEAR_FLOOR * noise_floor:
-        return f"on the fitted runs the named effects leave {size:.3g} N rms beyond the noise"
     return f"a repeatable {size:.3g} N rms stays after the named effects; before them the gap lay {where}; {like}"
 
 
