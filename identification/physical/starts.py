@@ -48,7 +48,8 @@ def _piecewise(s: Scales) -> Sequence[Values]:
 
 
 def _relief(s: Scales) -> Sequence[Values]:
-    slope, knees = 0.3 * s.force / s.v_rms, (*s.speeds[1:], 0.6 * s.v_max)
+    # No more than what is missing: more would make a core fall with speed, break loose and take its time at it.
+    slope, knees = min(s.gap, 0.3 * s.force) / s.v_rms, (*s.speeds[1:], 0.6 * s.v_max)
     return [*({"c_drop": slope, "w_knee": w} for w in knees), {"c_drop": _FAINT * slope, "w_knee": knees[-1]}]
 
 
