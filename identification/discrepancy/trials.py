@@ -35,6 +35,7 @@ _RUN_ON = 2  # sprints at most
 _CLOSE = 1.5  # times the least: of several sprints with one element, those that are worth running on
 _PROMISES = 0.5  # of what the best has closed: a stuck sprint whose signature promises less is given up
 _DEAD = 0.98  # of the excess: a fit that leaves more has lost its element
+_SAME = 0.01  # of the excess: two sprints whose forces differ by less have come to the same place
 _RIVALS = 0.6  # of the promise of the name that is in place: less can't replace it
 _AT_NOISE = 0.02  # excess over noise energy at which no other start need be tried
 _ALIKE = 0.05  # share of what an element closes by which its form may miss: two that differ by less are alike
@@ -124,6 +125,7 @@ def trials(
             few,
             sprint,
             full=open_(sprint, starts[0][0]),
+            reach=min(reach, (1.0 - HELPS) * before) / before,
         )
         for name, starts in top
         if (sprint := sprints[name]) is not None
@@ -206,18 +208,25 @@ def _fitted(
     sprint: Fit,
     *,
     full: bool,
+    reach: float,
 ) -> Trial | None:
-    """Where it is worth a `full` one, go on from the sprint and from what other starts sprint to."""
-    model, sprints = start.model, [sprint]
+    """Where it is worth a `full` one, go on from the sprint and from what other starts sprint to.
+
+    What none of them brings within `reach`, a share of the excess, is only glanced at on all records: it may live in
+    those that no sprint looks at.
+    """
+    model, sprints, before = start.model, [sprint], _excess_on(start, records, few)
     if full:
         sprints += filter(None, [_sprint(other, few) for other in (*_starts(model, given, starts), *others)])
-        best = min(sprints, key=_merit)
-        if _dead(best, _excess_on(start, records, few)):
+        if _dead(min(sprints, key=_merit), before):
             # On a bound each time: the last resort is every guess on the base as given.
             sprints += filter(None, [_sprint(given.with_element(guess), few) for _, guess in starts[1:]])
-    fits = _run_on(sprints, records, FIT_ITERATIONS if full else _GLANCE)
+    near = full and excess_of(min(sprints, key=_merit)) <= reach * before
+    fits = _run_on(sprints, records, FIT_ITERATIONS if near else _GLANCE)
     if not fits:
         return None
+    if full and not near and excess_of(min(fits, key=_merit)) <= reach * excess_of(start):
+        fits = _run_on(fits, records, FIT_ITERATIONS) or fits
     if full:
         raw = min(fits, key=_merit)
         fits.append(refined(raw, last_of(raw.model, name), records))
@@ -247,7 +256,7 @@ def _dead(fit: Fit, before: float) -> bool:
 
 def _run_on(sprints: Sequence[Fit], records: Sequence[Record], iterations: int) -> list[Fit]:
     """What the best of the sprints come to on all records, one after the other until one meets the noise."""
-    ranked = sorted(sprints, key=_merit)
+    ranked = _apart(sorted(sprints, key=_merit))
     fits: list[Fit] = []
     reach = _CLOSE * max(excess_of(ranked[0]), _AT_NOISE * ranked[0].samples)
     for sprint in ranked:
@@ -256,6 +265,22 @@ def _run_on(sprints: Sequence[Fit], records: Sequence[Record], iterations: int) 
         with suppress(SimulationError):
             fits.append(fit_records(sprint.model, records, max_iterations=iterations, tolerance=FLAT))
     return fits
+
+
+def _apart(ranked: Sequence[Fit]) -> list[Fit]:
+    """Those that have come to another place than all better ones."""
+    kept: list[Fit] = []
+    for fit in ranked:
+        if not any(_same(fit, better) for better in kept):
+            kept.append(fit)
+    return kept
+
+
+def _same(fit: Fit, other: Fit) -> bool:
+    """Whether two fits to the same records simulate the same, but for little of what they leave."""
+    pairs = list(zip(fit.residuals, other.residuals, strict=True))
+    differ = sum(float(np.sum((a - b) ** 2)) for a, b in pairs)
+    return differ < _SAME * sum(float(np.dot(b, b)) for _, b in pairs)
 
 
 def _at_noise(fit: Fit) -> bool:
