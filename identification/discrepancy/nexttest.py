@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,18 +13,20 @@ from numpy.typing import NDArray
 from excitation.plan import test_from_config
 from identification.discrepancy.explanation import NextTest
 from identification.discrepancy.naming import Search
-from identification.discrepancy.signatures import orthonormal
 from identification.discrepancy.trials import Trial
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import evaluate, free_parameters, predict
+from identification.fitting.leastsquares import free_parameters, predict
+from identification.fitting.parallel import side_by_side
 from identification.physical.catalogue import CATALOGUE
 from identification.physical.model import Model
 from identification.record import Record, compact, record_from_run
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 Imagined = tuple[Mapping[str, Any], Record]  # a design and the record that its run would give
 
+_SEEN = 1e-7  # directions of the gradient weaker than this share of the strongest are rounding
 _TELLS = 0.1  # of the noise: two models that differ less on a test are the same there
 _BRIEF_S = 4.0  # of motion: what is shorter still costs as much, for the ramps and the settling
 _LONG_S = 60.0  # of motion: no single test may ask for more
@@ -45,11 +47,11 @@ def propose(found: Search, doubted: str | None, records: Sequence[Record]) -> Ne
     if pair is None:
         return _explore(_unseen(records), records)
     best, rival, words = pair
-    worth = []
-    unseen = _unseen(records)
-    for config, new in unseen:
-        with suppress(SimulationError):
-            worth.append((_worth(best, rival, records, new), config))
+    unseen, worth = _unseen(records), list[tuple[float, Mapping[str, Any]]]()
+    with suppress(SimulationError):
+        known = _known(best, rival, records)
+        values = side_by_side(lambda imagined: _worth(best, rival, known, imagined[1]), unseen)
+        worth = [(value, config) for value, (config, _) in zip(values, unseen, strict=True) if value is not None]
     if not worth:
         return _explore(unseen, records)
     if max(value for value, _ in worth) < _TELLS:
@@ -159,16 +161,41 @@ def _design(kind: str, rate: float, amplitude: float, frequency: float, level: f
     return config
 
 
-def _worth(best: Model, rival: Model, records: Sequence[Record], new: Record) -> float:
-    """Whitened difference on the new run that a refit of the rival to everything could not absorb, rms."""
-    both = [*records, new]
-    free = free_parameters(rival, both)
-    here = evaluate(rival, both, free)
-    basis = orthonormal(np.concatenate([g / r.sigma for g, r in zip(here.gradients, both, strict=True)]))
-    apart = [(predict(best, r)[0] - predict(rival, r)[0]) / r.sigma for r in both]
-    stacked = np.concatenate(apart)
-    left = stacked - basis @ (basis.T @ stacked)
-    return float(np.sqrt(np.mean(left[-apart[-1].size :] ** 2)))
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """What the records there are say of two models: all that a refit to them and to a new one needs."""
+
+    free: Mask  # of the rival's parameters, (P,)
+    triangle: Floats  # R of the rival's whitened gradient on all records, (K, K)
+    apart: Floats  # Qᵀ of the whitened difference of the two, (K,)
+
+
+def _known(best: Model, rival: Model, records: Sequence[Record]) -> _Known:
+    free = free_parameters(rival, records)
+    pairs = side_by_side(lambda record: _difference(best, rival, free, record), records)
+    orthogonal, triangle = np.linalg.qr(np.concatenate([gradient for gradient, _ in pairs]))
+    return _Known(free, triangle, orthogonal.T @ np.concatenate([apart for _, apart in pairs]))
+
+
+def _difference(best: Model, rival: Model, free: Mask, record: Record) -> tuple[Floats, Floats]:
+    """Whitened gradient of the rival, (M, K), and difference of the two models, (M,), on one record."""
+    force, gradient = predict(rival, record, gradient=free)
+    assert gradient is not None
+    return gradient / record.sigma, (predict(best, record)[0] - force) / record.sigma
+
+
+def _worth(best: Model, rival: Model, known: _Known, new: Record) -> float | None:
+    """Whitened difference on the new run that a refit of the rival to everything could not absorb, rms; None where one
+    of the two can't run it."""
+    try:
+        gradient, apart = _difference(best, rival, known.free, new)
+    except SimulationError:
+        return None
+    columns = np.concatenate([known.triangle, gradient])
+    scale = np.linalg.norm(columns, axis=0)
+    scale[scale == 0.0] = 1.0
+    refit = np.linalg.lstsq(columns / scale, np.concatenate([known.apart, apart]), rcond=_SEEN)[0] / scale
+    return float(np.sqrt(np.mean((apart - gradient @ refit) ** 2)))
 
 
 def _imagined(config: Mapping[str, Any], records: Sequence[Record]) -> Record:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Evaluation, evaluate, free_parameters, predict
+from identification.fitting.parallel import side_by_side
 from identification.physical.model import Element, Model
 from identification.record import Record
 
@@ -99,8 +99,7 @@ def signature(model: Model, trial: Element, records: Sequence[Record], at: Tange
 
 def screen(model: Model, trials: Sequence[Element], records: Sequence[Record], at: Tangent) -> list[Signature]:
     """Signatures of all trials, the most telling first."""
-    with ThreadPoolExecutor(2) as pool:
-        found = list(pool.map(lambda trial: signature(model, trial, records, at), trials))
+    found = side_by_side(lambda trial: signature(model, trial, records, at), trials)
     return sorted(found, key=lambda s: -s.share)
 
 

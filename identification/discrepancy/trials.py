@@ -13,6 +13,7 @@ from identification.discrepancy.excess import contribution, excess_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
+from identification.fitting.parallel import side_by_side
 from identification.fitting.refine import FIT_ITERATIONS, FLAT, refined
 from identification.physical.catalogue import CATALOGUE
 from identification.physical.model import Element, Model
@@ -97,8 +98,8 @@ def trials(
             return []
     few = _telling(start, records)
     before, samples = _excess_on(start, records, few), sum(r.measured.size for r in few)
-    sprints = {name: _sprint(start.model.with_element(starts[0][1]), few) for name, starts in top}
-    leader = min((f for f in sprints.values() if f is not None), key=_merit, default=start)
+    sprints = _sprints([start.model.with_element(starts[0][1]) for _, starts in top], few)
+    leader = min(filter(None, sprints), key=_merit, default=start)
     best = excess_of(leader)
     reach = min(max(_FAR * best, _FAR * _AT_NOISE * samples, _NEARLY * before), best + _BEHIND * (before - best))
 
@@ -114,8 +115,11 @@ def trials(
             return []
         return [beside if name == incumbent else beside.without(incumbent).with_element(guess)]
 
-    fitted = [
-        _fitted(
+    def fitted(candidate: tuple[str, list[tuple[float, Element]], Fit | None]) -> Trial | None:
+        name, starts, sprint = candidate
+        if sprint is None:
+            return None
+        return _fitted(
             start,
             given,
             as_fitted(name, starts[0][1]),
@@ -127,10 +131,9 @@ def trials(
             full=open_(sprint, starts[0][0]),
             reach=min(reach, (1.0 - HELPS) * before) / before,
         )
-        for name, starts in top
-        if (sprint := sprints[name]) is not None
-    ]
-    found = [t for t in fitted if t is not None]
+
+    candidates = [(name, starts, sprint) for (name, starts), sprint in zip(top, sprints, strict=True)]
+    found = [t for t in side_by_side(fitted, candidates) if t is not None]
     return [_grown(t, found, start, records, few) if contradicts_itself(t) else t for t in found]
 
 
@@ -150,7 +153,7 @@ def _grown(
         replace(rest, elements=(*rest.elements[:place], falling, *rest.elements[place + 1 :]))
         for falling in falling_from(own, scales_of(records, _gap(start, records)))
     ]
-    sprints = list(filter(None, [_sprint(s, few) for s in starts]))
+    sprints = list(filter(None, _sprints(starts, few)))
     fits = _run_on(sprints, records, FIT_ITERATIONS) if sprints else []
     best = min(fits, key=_merit, default=denied.fit)
     return denied if _merit(best)[0] else _trial(best, denied.name, start, records, denied.screened)
@@ -186,6 +189,11 @@ def _excess_on(fit: Fit, records: Sequence[Record], some: Sequence[Record]) -> f
     return sum(float(np.dot(e, e)) / r.sigma**2 - e.size for e, r in pairs)
 
 
+def _sprints(starts: Sequence[Model], few: Sequence[Record]) -> list[Fit | None]:
+    """What each start comes to in a few iterations; None for one that can't run."""
+    return side_by_side(lambda start: _sprint(start, few), starts)
+
+
 def _sprint(start: Model, few: Sequence[Record]) -> Fit | None:
     with suppress(SimulationError):
         return fit_records(start, few, max_iterations=_SPRINT)
@@ -217,10 +225,10 @@ def _fitted(
     """
     model, sprints, before = start.model, [sprint], _excess_on(start, records, few)
     if full:
-        sprints += filter(None, [_sprint(other, few) for other in (*_starts(model, given, starts), *others)])
+        sprints += filter(None, _sprints([*_starts(model, given, starts), *others], few))
         if _dead(min(sprints, key=_merit), before):
             # On a bound each time: the last resort is every guess on the base as given.
-            sprints += filter(None, [_sprint(given.with_element(guess), few) for _, guess in starts[1:]])
+            sprints += filter(None, _sprints([given.with_element(guess) for _, guess in starts[1:]], few))
     near = full and excess_of(min(sprints, key=_merit)) <= reach * before
     fits = _run_on(sprints, records, FIT_ITERATIONS if near else _GLANCE)
     if not fits:
