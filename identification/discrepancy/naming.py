@@ -82,6 +82,7 @@ class Search:
     moves: tuple[Move, ...] = field(default=())
     compared: Mapping[str, Compared] = field(default_factory=dict)  # each name, as it was last tried
     before: Search | None = None  # as it was before the latest name
+    dead_ends: tuple[frozenset[str], ...] = ()  # names that were tried instead, and led no further
 
 
 def climbed(state: Search, records: Sequence[Record], say: Callable[[str], None]) -> Search:
@@ -90,8 +91,10 @@ def climbed(state: Search, records: Sequence[Record], say: Callable[[str], None]
     while len(state.names) < _MAX_EFFECTS and worth_more(state, records):
         say(f"{len(state.names)} named so far, the gap is {_over_noise(state):.1f} × the noise of a mean period")
         larger = grown(state, records)
-        if larger is None and not turned:
-            larger, turned = _grown_otherwise(state, records), True
+        if larger is None and not turned and (otherwise := _otherwise(state)) is not None:
+            larger, turned = grown(otherwise, records), True
+            if larger is None:
+                state = replace(state, dead_ends=(frozenset(otherwise.names),))
         if larger is None or len(larger.moves) > _MOST_MOVES:
             break
         state = larger
@@ -154,8 +157,8 @@ def grown(state: Search, records: Sequence[Record]) -> Search | None:
     return _added(state, records, but=DRY_FRICTIONS) if twice else larger
 
 
-def _grown_otherwise(state: Search, records: Sequence[Record]) -> Search | None:
-    """The state with one more name, with another in the place of one that was only simpler and leads no further."""
+def _otherwise(state: Search) -> Search | None:
+    """The state with another name in the place of one that was only simpler and leads no further, if there is one."""
     passed = [
         (t, name)
         for name, c in state.compared.items()
@@ -166,7 +169,7 @@ def _grown_otherwise(state: Search, records: Sequence[Record]) -> Search | None:
     if not passed:
         return None
     better, name = min(passed, key=lambda p: p[0].excess)
-    return grown(_swapped(state, name, better, state.compared[name]), records)
+    return _swapped(state, name, better, state.compared[name])
 
 
 def _added(state: Search, records: Sequence[Record], but: Collection[str] = ()) -> Search | None:

@@ -163,9 +163,10 @@ def _shortlist(
     start: Fit, records: Sequence[Record], but: Collection[str]
 ) -> list[tuple[str, list[tuple[float, Element]]]]:
     model, scales = start.model, scales_of(records, _gap(start, records))
-    at = tangent(model, records)
+    quick = [replace(r, motion=replace(r.motion, ahead=1.0)) for r in records]  # what is not settled then is in both
+    at = tangent(model, quick)
     names = [n for n in admissible(model, records, scales) if n not in but]
-    found = screen(model, [g for n in names for g in guesses(n, scales)], records, at)
+    found = screen(model, [g for n in names for g in guesses(n, scales)], quick, at)
     best: dict[str, list[tuple[float, Element]]] = {}
     for s in found:
         if s.share > 0.0:

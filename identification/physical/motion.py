@@ -18,7 +18,8 @@ class Motion:
     `period` is the number of samples after which x, v, a and i repeat exactly, 0 where they don't: then a shift in time
     is exact to rounding, else it interpolates with the derivatives at hand. After `settle` periods a damper's response
     to such a motion repeats too, and needs no further simulation. `remanence` in −1 … 1 is what the current before the
-    first sample left in a magnetic circuit with hysteresis: −1 when it came from far below, 1 from far above.
+    first sample left in a magnetic circuit with hysteresis: −1 when it came from far below, 1 from far above. No more
+    than `ahead` periods are simulated before the one that repeats: fewer for a quick look.
     """
 
     dt: float
@@ -31,6 +32,7 @@ class Motion:
     period: int = 0
     settle: int = 0
     remanence: float = 0.0
+    ahead: float = np.inf
 
     def head(self, samples: int) -> Motion:
         """The first samples of the motion."""

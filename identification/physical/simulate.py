@@ -118,8 +118,9 @@ def _steady_damper(model: Model, motion: Motion, wanted: Mask | None, substeps: 
         return _tiled(_damper(model, _settled(model, motion, 0), wanted, substeps), motion)
     core = replace(model, elements=(*model.on("control"), *model.on("core")))
     costly = bool(model.on("mount")) and any(e.spec.memory for e in model.on("core"))
-    for part in _AHEAD:
-        warm, last = int(part * motion.period), part == _AHEAD[-1]
+    parts = [part for part in _AHEAD if part <= motion.ahead]
+    for part in parts:
+        warm, last = int(part * motion.period), part == parts[-1]
         some = _settled(model, motion, warm)
         if costly and not last and not _repeats(_damper(core, some, None, 1).force, warm, motion.period):
             continue  # bolted to the rig it takes a tenth of the time, and forgets no later
