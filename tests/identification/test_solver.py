@@ -248,6 +248,14 @@ def test_the_periods_of_a_settled_run_are_those_of_a_long_one(dropped: int, moun
     assert np.max(np.abs(simulate(model, long).force[period : 2 * period] - steady)) > 0.01 * np.max(np.abs(steady))
 
 
+def test_a_quick_look_keeps_the_period_after_those_that_it_waits_for() -> None:
+    wen = {"alpha": 2e6, "A": 1.0, "n": 1.0, "beta": 80.0, "gamma": 350.0}
+    model = Model(name="m", elements=(element("bouc_wen", wen), element("viscous_damping", {"c": 3e4})))
+    long = small_sine(2)
+    quick = replace(long, settle=1, ahead=1.0)
+    assert simulate(model, quick).force[-long.period :] == pytest.approx(simulate(model, long).force[-long.period :])
+
+
 def test_a_curve_that_falls_beyond_the_speeds_of_the_motion_does_not_draw_the_core_there() -> None:
     """An asymmetry outgrows a saturated valve at some m/s: the equation of a step has a second root, far off."""
     valve = {"c_soft": 706.5, "c_firm": 2870, "u_soft": 0.3, "u_firm": 1.6, "w_knee": 0.05496}

@@ -1,0 +1,89 @@
+"""Trials of a name and the next test: what is left out to save time changes nothing that matters."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification.discrepancy import nexttest, trials
+from identification.discrepancy.candidates import guesses
+from identification.errors import SimulationError
+from identification.fitting.leastsquares import evaluate, fit_records, free_parameters, predict
+from identification.fitting.parallel import side_by_side
+from identification.physical.model import Model, element
+from identification.record import Record, compact, record_from_run
+from identification.scales import scales_of
+from tests.identification.specimens import run
+
+BASE = Model(
+    name="as simulated today",
+    elements=(
+        element("valve_damping", {"c_soft": 900, "c_firm": 2100, "u_soft": 0.3, "u_firm": 1.6, "w_knee": 0.6}),
+        element("tanh_hysteresis", {"alpha": 50, "alpha_control": 0, "beta": 40, "delta": 0.0}, ("delta",)),
+    ),
+)
+
+
+def records_with(effect: str) -> list[Record]:
+    return [compact(record_from_run(run(effect, k, seed=3))) for k in (0, 1, 2)]
+
+
+def test_tasks_side_by_side_run_at_once_and_come_back_in_order() -> None:
+    met = threading.Barrier(2, timeout=10.0)
+
+    def task(k: int) -> int:
+        met.wait()
+        return k * k
+
+    assert side_by_side(task, [3, 4]) == [9, 16]
+
+
+def test_the_first_task_that_fails_is_told() -> None:
+    def task(k: int) -> int:
+        if k == 1:
+            raise SimulationError("runs away")
+        return k
+
+    with pytest.raises(SimulationError, match="runs away"):
+        side_by_side(task, [0, 1, 2])
+
+
+def test_of_fits_that_came_to_the_same_place_the_best_is_kept() -> None:
+    records = records_with("linear_stiffness")
+    best = fit_records(BASE, records)
+    again = fit_records(BASE.with_values(1.1 * BASE.values()), records)
+    off = fit_records(BASE.with_values(1.5 * BASE.values()), records, max_iterations=0)
+    assert trials._apart([best, again, off]) == [best, off]
+
+
+def test_no_first_guess_of_a_relief_valve_takes_away_more_damping_than_is_missing() -> None:
+    scales = scales_of(records_with("linear_stiffness"), gap=5.0)
+    assert all(g.value("c_drop") <= 5.0 / scales.v_rms for g in guesses("relief_valve", scales))
+
+
+def test_the_worth_of_a_test_is_what_a_refit_to_all_runs_and_to_it_would_leave() -> None:
+    *records, new = records_with("moving_mass")
+    best = fit_records(BASE.with_element(element("moving_mass", {"m": 1.0})), records).model
+    rival = fit_records(BASE.with_element(element("linear_stiffness", {"k": 1e3})), records).model
+    value = nexttest._worth(best, rival, nexttest._known(best, rival, records), new)
+    everything = [*records, new]
+    free = free_parameters(rival, everything)
+    gradients = evaluate(rival, everything, free).gradients
+    columns = np.concatenate([g / r.sigma for g, r in zip(gradients, everything, strict=True)])
+    apart = np.concatenate([(predict(best, r)[0] - predict(rival, r)[0]) / r.sigma for r in everything])
+    left = (apart - columns @ np.linalg.lstsq(columns, apart, rcond=None)[0])[-new.measured.size :]
+    assert value is not None
+    assert value == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=1e-6)
+    assert value > nexttest._TELLS
+
+
+def test_a_test_that_a_model_cannot_run_is_worth_nothing() -> None:
+    *records, new = records_with("moving_mass")
+    best = BASE.with_element(element("moving_mass", {"m": 1.0}))
+    known = nexttest._known(best, BASE, records)
+    beyond = replace(new, motion=replace(new.motion, a=np.full(new.motion.a.size, np.inf)))
+    with np.errstate(invalid="ignore"):
+        assert nexttest._worth(best, BASE, known, beyond) is None
