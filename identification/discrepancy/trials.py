@@ -73,6 +73,49 @@ class Trial:
     stroke: float  # the longest, m
 
 
+@dataclass(frozen=True, slots=True)
+class _Candidate:
+    """A name, the guesses of it with the share of the residual that each promises, the most first, and what the first
+    sprints to; `beside` is a model as it was fitted with the like of it in place."""
+
+    name: str
+    starts: Sequence[tuple[float, Element]]
+    beside: Sequence[Model]
+    sprint: Fit
+
+    @property
+    def promised(self) -> float:
+        return self.starts[0][0]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Round:
+    """What all candidates start from, and how far the best of them has come."""
+
+    start: Fit
+    given: Model
+    records: Sequence[Record]
+    few: Sequence[Record]  # those that tell most: the sprints look at them alone
+    before: float  # excess on the few
+    best: float  # the same after the best sprint
+
+    @property
+    def reach(self) -> float:
+        """The share of the excess within which a candidate may still lead."""
+        noise = _AT_NOISE * sum(r.measured.size for r in self.few)
+        far = max(_FAR * self.best, _FAR * noise, _NEARLY * self.before)
+        return min(far, self.best + _BEHIND * (self.before - self.best), (1.0 - HELPS) * self.before) / self.before
+
+    def near(self, fit: Fit, before: float) -> bool:
+        return excess_of(fit) <= self.reach * before
+
+    def worth_more(self, candidate: _Candidate) -> bool:
+        """Whether other starts may pay: near the best, or stuck far short of what the signature promised."""
+        closed = 1.0 - excess_of(candidate.sprint) / self.before
+        stuck = candidate.promised >= _PROMISES * (1.0 - self.best / self.before)
+        return self.near(candidate.sprint, self.before) or (stuck and closed < FULFILS * candidate.promised)
+
+
 def trials(
     start: Fit,
     given: Model,
@@ -97,44 +140,24 @@ def trials(
         if [n for n, _ in top] == [incumbent]:
             return []
     few = _telling(start, records)
-    before, samples = _excess_on(start, records, few), sum(r.measured.size for r in few)
     sprints = _sprints([start.model.with_element(starts[0][1]) for _, starts in top], few)
-    leader = min(filter(None, sprints), key=_merit, default=start)
-    best = excess_of(leader)
-    reach = min(max(_FAR * best, _FAR * _AT_NOISE * samples, _NEARLY * before), best + _BEHIND * (before - best))
-
-    def open_(sprint: Fit, promised: float) -> bool:
-        """Whether more iterations may pay: near the best, or stuck far short of what the signature promised."""
-        closed, stuck = before - excess_of(sprint), promised >= _PROMISES * (1.0 - best / before)
-        return (excess_of(sprint) <= reach and closed > HELPS * before) or (
-            stuck and closed < FULFILS * promised * before
-        )
-
-    def as_fitted(name: str, guess: Element) -> list[Model]:
-        if beside is None or incumbent is None:
-            return []
-        return [beside if name == incumbent else beside.without(incumbent).with_element(guess)]
-
-    def fitted(candidate: tuple[str, list[tuple[float, Element]], Fit | None]) -> Trial | None:
-        name, starts, sprint = candidate
-        if sprint is None:
-            return None
-        return _fitted(
-            start,
-            given,
-            as_fitted(name, starts[0][1]),
-            name,
-            starts,
-            records,
-            few,
-            sprint,
-            full=open_(sprint, starts[0][0]),
-            reach=min(reach, (1.0 - HELPS) * before) / before,
-        )
-
-    candidates = [(name, starts, sprint) for (name, starts), sprint in zip(top, sprints, strict=True)]
-    found = [t for t in side_by_side(fitted, candidates) if t is not None]
+    candidates = [
+        _Candidate(name, starts, _as_fitted(incumbent, beside, starts[0][1]), sprint)
+        for (name, starts), sprint in zip(top, sprints, strict=True)
+        if sprint is not None
+    ]
+    leader = min((c.sprint for c in candidates), key=_merit, default=start)
+    before, best = _excess_on(start, records, few), excess_of(leader)
+    round_ = _Round(start=start, given=given, records=records, few=few, before=before, best=best)
+    found = [t for t in side_by_side(lambda c: _fitted(c, round_), candidates) if t is not None]
     return [_grown(t, found, start, records, few) if contradicts_itself(t) else t for t in found]
+
+
+def _as_fitted(incumbent: str | None, beside: Model | None, guess: Element) -> list[Model]:
+    """The model as it was fitted with the incumbent in place, with the guess of another for it."""
+    if beside is None or incumbent is None:
+        return []
+    return [beside if guess.name == incumbent else beside.without(incumbent).with_element(guess)]
 
 
 def _grown(
@@ -153,7 +176,7 @@ def _grown(
         replace(rest, elements=(*rest.elements[:place], falling, *rest.elements[place + 1 :]))
         for falling in falling_from(own, scales_of(records, _gap(start, records)))
     ]
-    sprints = list(filter(None, _sprints(starts, few)))
+    sprints = _sprinted(starts, few)
     fits = _run_on(sprints, records, FIT_ITERATIONS) if sprints else []
     best = min(fits, key=_merit, default=denied.fit)
     return denied if _merit(best)[0] else _trial(best, denied.name, start, records, denied.screened)
@@ -195,6 +218,11 @@ def _sprints(starts: Sequence[Model], few: Sequence[Record]) -> list[Fit | None]
     return side_by_side(lambda start: _sprint(start, few), starts)
 
 
+def _sprinted(starts: Sequence[Model], few: Sequence[Record]) -> list[Fit]:
+    """The same of those that can run."""
+    return [s for s in _sprints(starts, few) if s is not None]
+
+
 def _sprint(start: Model, few: Sequence[Record]) -> Fit | None:
     with suppress(SimulationError):
         return fit_records(start, few, max_iterations=_SPRINT)
@@ -206,40 +234,27 @@ def _gap(fit: Fit, records: Sequence[Record]) -> float:
     return float(np.sqrt(max(fit.rms**2 - noise**2, (0.1 * noise) ** 2)))
 
 
-def _fitted(
-    start: Fit,
-    given: Model,
-    others: Sequence[Model],
-    name: str,
-    starts: Sequence[tuple[float, Element]],
-    records: Sequence[Record],
-    few: Sequence[Record],
-    sprint: Fit,
-    *,
-    full: bool,
-    reach: float,
-) -> Trial | None:
-    """Where it is worth a `full` one, go on from the sprint and from what other starts sprint to.
+def _fitted(candidate: _Candidate, its: _Round) -> Trial | None:
+    """Where more is worth it, go on from the sprint and from what other starts sprint to.
 
-    What none of them brings within `reach`, a share of the excess, is only glanced at on all records: it may live in
-    those that no sprint looks at.
+    What none of them brings near is only glanced at on all records: it may live in those that no sprint looks at.
     """
-    model, sprints, before = start.model, [sprint], _excess_on(start, records, few)
+    full, sprints = its.worth_more(candidate), [candidate.sprint]
     if full:
-        sprints += filter(None, _sprints([*_starts(model, given, starts), *others], few))
-        if _dead(min(sprints, key=_merit), before):
+        sprints += _sprinted([*_starts(its.start.model, its.given, candidate.starts), *candidate.beside], its.few)
+        if _dead(min(sprints, key=_merit), its.before):
             # On a bound each time: the last resort is every guess on the base as given.
-            sprints += filter(None, _sprints([given.with_element(guess) for _, guess in starts[1:]], few))
-    near = full and excess_of(min(sprints, key=_merit)) <= reach * before
-    fits = _run_on(sprints, records, FIT_ITERATIONS if near else _GLANCE)
+            sprints += _sprinted([its.given.with_element(guess) for _, guess in candidate.starts[1:]], its.few)
+    near = full and its.near(min(sprints, key=_merit), its.before)
+    fits = _run_on(sprints, its.records, FIT_ITERATIONS if near else _GLANCE)
     if not fits:
         return None
-    if full and not near and excess_of(min(fits, key=_merit)) <= reach * excess_of(start):
-        fits = _run_on(fits, records, FIT_ITERATIONS) or fits
+    if full and not near and its.near(min(fits, key=_merit), excess_of(its.start)):
+        fits = _run_on(fits, its.records, FIT_ITERATIONS) or fits
     if full:
         raw = min(fits, key=_merit)
-        fits.append(refined(raw, last_of(raw.model, name), records))
-    return _trial(min(fits, key=_merit), name, start, records, starts[0][0])
+        fits.append(refined(raw, last_of(raw.model, candidate.name), its.records))
+    return _trial(min(fits, key=_merit), candidate.name, its.start, its.records, candidate.promised)
 
 
 def _trial(fit: Fit, name: str, start: Fit, records: Sequence[Record], screened: float) -> Trial:
