@@ -27,18 +27,24 @@ def collect(
     workers: int,
     in_a_line: Callable[[Outcome], str],
 ) -> None:
-    """Append `judge(*arguments)` to `path` for all of `todo`, in parallel, and print each in a line."""
+    """Append `judge(*arguments)` to `path` for all of `todo`, in parallel, and print each in a line.
+
+    The first that raises ends it: nobody would keep what the others still come to.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     with (
         ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_end_with_parent) as pool,
         path.open("a", encoding="utf-8") as file,
     ):
         waiting = [pool.submit(judge, *arguments) for arguments in todo]
-        for number, done in enumerate(as_completed(waiting), 1):
-            outcome = done.result()
-            file.write(json.dumps(outcome) + "\n")
-            file.flush()
-            print(f"{number}/{len(todo)} {in_a_line(outcome)}", flush=True)
+        try:
+            for number, done in enumerate(as_completed(waiting), 1):
+                outcome = done.result()
+                file.write(json.dumps(outcome) + "\n")
+                file.flush()
+                print(f"{number}/{len(todo)} {in_a_line(outcome)}", flush=True)
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _end_with_parent() -> None:
