@@ -15,7 +15,7 @@ from benchmarks.explain.outcomes import collect, read
 from benchmarks.explain.summary import right, summary, write_picture
 from benchmarks.hidden import KINDS
 
-# As many cases as the goals ask for, on seeds that the workflow was never looked at with.
+# As many cases as the goals ask for, on seeds on which no name was tuned.
 SEALED = ("single:18000:18400", "pair:18000:18200", "triple:18000:18100", "null:18000:18200", "unknown:18000:18200",
           "wrong_base:18000:18030", "gain_drift:18000:18030")  # fmt: skip
 

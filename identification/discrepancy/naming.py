@@ -82,7 +82,7 @@ class Search:
     moves: tuple[Move, ...] = field(default=())
     compared: Mapping[str, Compared] = field(default_factory=dict)  # each name, as it was last tried
     before: Search | None = None  # as it was before the latest name
-    dead_ends: tuple[frozenset[str], ...] = ()  # names that were tried instead, and led no further
+    dead_end: frozenset[str] | None = None  # names that were tried instead, and led no further
 
 
 def climbed(state: Search, records: Sequence[Record], say: Callable[[str], None]) -> Search:
@@ -94,7 +94,7 @@ def climbed(state: Search, records: Sequence[Record], say: Callable[[str], None]
         if larger is None and not turned and (otherwise := _otherwise(state)) is not None:
             larger, turned = grown(otherwise, records), True
             if larger is None:
-                state = replace(state, dead_ends=(frozenset(otherwise.names),))
+                state = replace(state, dead_end=frozenset(otherwise.names))
         if larger is None or len(larger.moves) > _MOST_MOVES:
             break
         state = larger

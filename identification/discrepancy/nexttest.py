@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from excitation.plan import test_from_config
 from identification.discrepancy.explanation import NextTest
 from identification.discrepancy.naming import Search
+from identification.discrepancy.signatures import orthonormal
 from identification.discrepancy.trials import Trial
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import free_parameters, predict
+from identification.fitting.leastsquares import evaluate, free_parameters, predict
 from identification.fitting.parallel import side_by_side
 from identification.physical.catalogue import CATALOGUE
 from identification.physical.model import Model
@@ -26,7 +27,6 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Imagined = tuple[Mapping[str, Any], Record]  # a design and the record that its run would give
 
-_SEEN = 1e-7  # directions of the gradient weaker than this share of the strongest are rounding
 _TELLS = 0.1  # of the noise: two models that differ less on a test are the same there
 _BRIEF_S = 4.0  # of motion: what is shorter still costs as much, for the ramps and the settling
 _LONG_S = 60.0  # of motion: no single test may ask for more
@@ -179,9 +179,9 @@ def _known(best: Model, rival: Model, records: Sequence[Record]) -> _Known:
 
 def _difference(best: Model, rival: Model, free: Mask, record: Record) -> tuple[Floats, Floats]:
     """Whitened gradient of the rival, (M, K), and difference of the two models, (M,), on one record."""
-    force, gradient = predict(rival, record, gradient=free)
-    assert gradient is not None
-    return gradient / record.sigma, (predict(best, record)[0] - force) / record.sigma
+    here = evaluate(rival, [record], free)
+    force = record.measured - here.residuals[0]
+    return here.gradients[0] / record.sigma, (predict(best, record)[0] - force) / record.sigma
 
 
 def _worth(best: Model, rival: Model, known: _Known, new: Record) -> float | None:
@@ -191,11 +191,10 @@ def _worth(best: Model, rival: Model, known: _Known, new: Record) -> float | Non
         gradient, apart = _difference(best, rival, known.free, new)
     except SimulationError:
         return None
-    columns = np.concatenate([known.triangle, gradient])
-    scale = np.linalg.norm(columns, axis=0)
-    scale[scale == 0.0] = 1.0
-    refit = np.linalg.lstsq(columns / scale, np.concatenate([known.apart, apart]), rcond=_SEEN)[0] / scale
-    return float(np.sqrt(np.mean((apart - gradient @ refit) ** 2)))
+    basis = orthonormal(np.concatenate([known.triangle, gradient]))
+    both = np.concatenate([known.apart, apart])
+    left = both - basis @ (basis.T @ both)
+    return float(np.sqrt(np.mean(left[-apart.size :] ** 2)))
 
 
 def _imagined(config: Mapping[str, Any], records: Sequence[Record]) -> Record:

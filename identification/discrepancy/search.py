@@ -57,7 +57,7 @@ def _elsewhere(last: Search, given: Model, base: Fit, records: Sequence[Record])
     steps = _steps(last) if explains(last) else []
     for before, after in (*steps[:1], *steps[1:][-1:]):
         second = _second(before, after, last.names, records)
-        if second is not None and frozenset(second.names) not in last.dead_ends:
+        if second is not None and frozenset(second.names) != last.dead_end:
             yield f"with {CATALOGUE[second.names[-1]].title}", second
     held = _held(given)
     if _leaves(base.model, held):

@@ -118,7 +118,7 @@ def _steady_damper(model: Model, motion: Motion, wanted: Mask | None, substeps: 
         return _tiled(_damper(model, _settled(model, motion, 0), wanted, substeps), motion)
     core = replace(model, elements=(*model.on("control"), *model.on("core")))
     costly = bool(model.on("mount")) and any(e.spec.memory for e in model.on("core"))
-    parts = [part for part in _AHEAD if part <= motion.ahead]
+    parts = [part for part in _AHEAD if part <= max(motion.ahead, _AHEAD[0])]
     for part in parts:
         warm, last = int(part * motion.period), part == parts[-1]
         some = _settled(model, motion, warm)

@@ -189,6 +189,13 @@ def test_a_specimen_that_breaks_loose_is_drawn_anew() -> None:
     assert np.max(np.abs(force)) < 20.0 * scene.machine.force_n
 
 
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_a_machine_whose_tangents_are_infinite_is_drawn_anew() -> None:
+    _, scene, secret = drawn(18057, "pair")
+    assert len(secret.effects) == 2
+    assert np.all(np.isfinite(scene.pilot.force(secret.real)))
+
+
 def test_a_kind_that_does_not_exist_is_refused() -> None:
     with pytest.raises(ValueError, match=KINDS[0]):
         case(0, "quadruple")

@@ -5,11 +5,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.physical.model import Model, element
+from identification.record import Record, compact, record_from_run
 from rigctl.runfile import Run
 
 FS = 1000.0
 FINE = 8
 Floats = NDArray[np.float64]
+
+AS_SIMULATED = Model(
+    name="as simulated today",
+    elements=(
+        element("valve_damping", {"c_soft": 900, "c_firm": 2100, "u_soft": 0.3, "u_firm": 1.6, "w_knee": 0.6}),
+        element("tanh_hysteresis", {"alpha": 50, "alpha_control": 0, "beta": 40, "delta": 0.0}, ("delta",)),
+    ),
+)
 
 
 def multisine(period: int, low_hz: float, high_hz: float, peak: float, seed: int, corner_hz: float = 2.0) -> Floats:
@@ -92,3 +102,8 @@ def campaign(effect: str, seed: int, **more: float) -> tuple[list[Run], list[Run
     """Five training runs and two held-out ones."""
     runs = [run(effect, k, seed, **more) for k in range(5)]
     return runs, [run(effect, 5, seed, **more), run(effect, 8, seed, **more)]
+
+
+def records_with(effect: str) -> list[Record]:
+    """A multisine and others, ready to be fitted."""
+    return [compact(record_from_run(run(effect, k, seed=3))) for k in (0, 1, 2, 4)]

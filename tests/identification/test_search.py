@@ -10,21 +10,9 @@ from identification.discrepancy import naming, search
 from identification.discrepancy.excess import excess_of, material_excess, significant_excess
 from identification.discrepancy.naming import Search
 from identification.fitting.leastsquares import fit_records
-from identification.physical.model import Element, Model, element
-from identification.record import Record, compact, record_from_run
-from tests.identification.specimens import run
-
-BASE = Model(
-    name="as simulated today",
-    elements=(
-        element("valve_damping", {"c_soft": 900, "c_firm": 2100, "u_soft": 0.3, "u_firm": 1.6, "w_knee": 0.6}),
-        element("tanh_hysteresis", {"alpha": 50, "alpha_control": 0, "beta": 40, "delta": 0.0}, ("delta",)),
-    ),
-)
-
-
-def records_with(effect: str) -> list[Record]:
-    return [compact(record_from_run(run(effect, k, seed=3))) for k in (0, 1, 2, 4)]
+from identification.physical.model import Element
+from tests.identification.specimens import AS_SIMULATED as BASE
+from tests.identification.specimens import records_with
 
 
 def test_where_a_name_led_nowhere_the_likeliest_beside_it_is_taken_up() -> None:
@@ -91,3 +79,15 @@ def test_of_two_answers_that_come_near_only_a_whole_one_replaces_the_first(
         Search(fit=fit, names=(), excess=e * least, given=BASE, base_excess=100.0 * least) for e in (found, other)
     )
     assert search._better(second, first, records) == taken
+
+
+def test_a_start_that_was_taken_already_is_not_taken_again() -> None:
+    records = records_with("moving_mass")
+    base = fit_records(BASE, records)
+    bare = Search(fit=base, names=(), excess=excess_of(base), given=BASE, base_excess=excess_of(base))
+    found = naming.trials(base, BASE, records)
+    wrong = max(found, key=lambda t: t.excess)
+    last = replace(naming.taken_up(bare, wrong, found, records), excess=0.0)
+    assert [start.names for _, start in search._elsewhere(last, base.model, base, records)] == [("moving_mass",)]
+    tried = replace(last, dead_end=frozenset({"moving_mass"}))
+    assert not list(search._elsewhere(tried, base.model, base, records))

@@ -13,22 +13,10 @@ from identification.discrepancy.candidates import guesses
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, fit_records, free_parameters, predict
 from identification.fitting.parallel import side_by_side
-from identification.physical.model import Model, element
-from identification.record import Record, compact, record_from_run
+from identification.physical.model import element
 from identification.scales import scales_of
-from tests.identification.specimens import run
-
-BASE = Model(
-    name="as simulated today",
-    elements=(
-        element("valve_damping", {"c_soft": 900, "c_firm": 2100, "u_soft": 0.3, "u_firm": 1.6, "w_knee": 0.6}),
-        element("tanh_hysteresis", {"alpha": 50, "alpha_control": 0, "beta": 40, "delta": 0.0}, ("delta",)),
-    ),
-)
-
-
-def records_with(effect: str) -> list[Record]:
-    return [compact(record_from_run(run(effect, k, seed=3))) for k in (0, 1, 2)]
+from tests.identification.specimens import AS_SIMULATED as BASE
+from tests.identification.specimens import records_with
 
 
 def test_tasks_side_by_side_run_at_once_and_come_back_in_order() -> None:
@@ -87,3 +75,11 @@ def test_a_test_that_a_model_cannot_run_is_worth_nothing() -> None:
     beyond = replace(new, motion=replace(new.motion, a=np.full(new.motion.a.size, np.inf)))
     with np.errstate(invalid="ignore"):
         assert nexttest._worth(best, BASE, known, beyond) is None
+
+
+def test_a_test_on_which_a_gradient_runs_away_is_worth_nothing() -> None:
+    *records, new = records_with("moving_mass")
+    best = BASE.with_element(element("moving_mass", {"m": 1.0}))
+    known = nexttest._known(BASE, best, records)
+    beyond = replace(new, motion=replace(new.motion, a=np.full(new.motion.a.size, 1e200)))
+    assert nexttest._worth(BASE, best, known, beyond) is None
