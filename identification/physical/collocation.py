@@ -34,6 +34,7 @@ _WEIGHTS = np.array(
 )
 _AHEAD = np.vander(1.0 + _NODES, 3) @ np.linalg.inv(np.vander(_NODES, 3))  # the parabola through three rates, a step on
 _RUNAWAY = 1e14  # times the tolerance of a velocity: a root ten times beyond the highest of the motion is another one
+_MET = 1e-6  # of a velocity
 _ITERATIONS = 30
 X, V = 0, 1  # columns of the stages
 
@@ -182,11 +183,11 @@ def collocate(program, mount, mount_column, motion, i, sub, state, du, sens, de,
             last = size
             d0, d1, d2 = _times(_slopes(cm, f_z, f_w, h_a, m), g0, g1, g2)
             r = (r[0] + d0, r[1] + d1, r[2] + d2)
-            # Newton squares its error: what is within 1e-7 now is at round-off after this step.
+            # Newton squares its error: what is within _MET now is at round-off after this step.
             ready = (
-                abs(d0) < 1e-7 * abs(w[0] - d0) + tolerance
-                and abs(d1) < 1e-7 * abs(w[1] - d1) + tolerance
-                and abs(d2) < 1e-7 * abs(w[2] - d2) + tolerance
+                abs(d0) < _MET * abs(w[0] - d0) + tolerance
+                and abs(d1) < _MET * abs(w[1] - d1) + tolerance
+                and abs(d2) < _MET * abs(w[2] - d2) + tolerance
                 and abs(r[0]) + abs(r[1]) + abs(r[2]) < _RUNAWAY * tolerance
             )
     if ready:
@@ -204,8 +205,9 @@ def collocate(program, mount, mount_column, motion, i, sub, state, du, sens, de,
             f_z, f_w = (slope[0, 0], slope[0, 1], slope[0, 2]), (slope[1, 0], slope[1, 1], slope[1, 2])
             inverse = _slopes(cm, f_z, f_w, h_a, m)
             _carry(inverse, mount, mount_column, f_z, space, f2, sens, codes.size, de, grads[1])
-        state[0], state[3], state[5], state[7] = e0 + _along(2, h_a, r), stage[2, V] - r[2], r[2], stage[2, V]
+        state[0], state[5] = e0 + _along(2, h_a, r), r[2]
         state[6] = by_force[2] * f2 + _along(2, by_rate, r)
+        state[3], state[7], state[8] = r[2], r[2], 0.0
     return ready
 
 

@@ -116,7 +116,8 @@ def explicit(
             break
     if taken:
         memory[only] = m
-        state[0], state[1], state[2], state[3], state[5], state[7] = e, x - e, w, w, r, v[i + 1]
+        state[0], state[1], state[2], state[5] = e, x - e, w, r
+        state[3], state[7], state[8] = r, r, 0.0
         for j in range(de.size if wanted else 0):
             sens[codes.size + 1, j] = -dr[j]
     return taken

@@ -56,7 +56,8 @@ def _keep(memory, sens, de, state, to_memory, to_sens, to_de, to_state):
 def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory, du, sens, de, work, grads, wanted):
     """One SDIRK2 step from (sub)/substeps to (sub + 1)/substeps of sample interval i; returns whether it converged.
 
-    state : e, z and w at the last step, the guess of w, the tolerance of w, de/dt and the branch's force at the end.
+    state : e, z and w at the last step, de/dt to expect at the first stage, the tolerance of w, de/dt and the branch's
+    force at the end, de/dt at the first stage and its change from there to the end.
     """
     dt = motion[6]
     de_base, rate_sens, f2_base = grads
@@ -65,7 +66,7 @@ def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory,
     e0, e, rate, z, w, f2, converged = state[0], 0.0, 0.0, 0.0, 0.0, 0.0, True
     f2_start = state[6]
     relaxes = mount[K2] > 0.0
-    quick = not (wanted or program[5])  # nobody looks at the slopes where a stage ends
+    expected = state[3]
     _copy(de_base, de)
     if relaxes and wanted:
         _copy(f2_base, sens[memory.size])
@@ -75,7 +76,7 @@ def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory,
         xs, vs, inputs = between(motion, i, q)
         b0, b1 = branch(mount, f2_start, gh)
         w, stiff, f_u, slope, ok = solve(
-            program, mount, xs, vs, inputs, e0, gh, h * part, b0, b1, state, memory, work, quick, wanted
+            program, mount, xs, vs, inputs, e0, gh, h * part, b0, b1, vs - expected, state, memory, work, wanted
         )
         converged = converged and ok
         rate = vs - w
@@ -90,12 +91,13 @@ def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory,
                 row = sens[memory.size]
                 branch_sensitivity(mount, mount_column, f2, gh, rate, rate_sens, f2_base, row, stage == 1)
         if stage == 0:
+            expected = rate + state[8]
+            state[3], state[7] = 2.0 * rate - state[7], rate
             e0 += (1.0 - GAMMA) * h * rate
             f2_start += (1.0 - GAMMA) / GAMMA * (f2 - f2_start)
             for j in range(de.size if wanted else 0):
                 de_base[j] += (1.0 - GAMMA) * h * rate_sens[j]
         z = xs - e
-        state[3] = w
     if wanted:
         for j in range(de.size):
             de_base[j] += gh * rate_sens[j]
@@ -103,7 +105,7 @@ def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory,
         _copy(de, de_base)
     if program[5]:
         _copy(memory, work[0])
-    state[0], state[1], state[2], state[5], state[6] = e, z, w, rate, f2
+    state[0], state[1], state[2], state[5], state[6], state[8] = e, z, w, rate, f2, rate - state[7]
     return converged
 
 
@@ -142,7 +144,7 @@ def mounted(
     top = 1e-300
     for i in range(v.size):
         top = max(top, abs(v[i]))
-    state[1], state[2], state[3], state[4], state[7] = x[0], v[0], v[0], 1e-13 * top, v[0]
+    state[1], state[2], state[4] = x[0], v[0], 1e-13 * top
     failures = 0
     steady(codes, offsets, p, column, v[0], x, memory, sens)
     for i in range(x.size - 1):

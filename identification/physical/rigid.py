@@ -23,10 +23,8 @@ def workspace(elements: int, parameters: int, columns: int) -> tuple[Any, ...]: 
         np.zeros(elements),  # memories
         np.zeros((rows, columns)),  # their sensitivities
         np.zeros(columns),  # sensitivity of the extension
-        np.zeros(
-            8
-        ),  # e, z, w, w at the last stage, tolerance of w, de/dt, force of the relaxing branch, v at that stage
-        (np.zeros(elements), np.zeros((rows, columns)), np.zeros(columns), np.zeros(8)),  # kept for a retry
+        np.zeros(10),  # state of the mount's extension, see `mounted._step`
+        (np.zeros(elements), np.zeros((rows, columns)), np.zeros(columns), np.zeros(10)),  # kept for a retry
         (
             np.zeros(elements),
             np.zeros((elements, PARTIALS)),

@@ -25,7 +25,7 @@ RIGID_STIFFNESS = 3.0e7  # N/m: a worn joint without a bush meets steel
 RIGID_DAMPING = 3.0e3  # N·s/m
 _SAME_TEMPERATURE_K = 0.05  # a body this steady is at one temperature: fade is some 0.5 % per kelvin
 _SETTLED = 1e-4  # of the force: a period that ends as near to the one before has forgotten the start
-_AHEAD = (0.25, 1.0, 4.0)  # periods before one that repeats; a memory that holds on longer is a matter of how it began
+_AHEAD = (0.25, 1.0, 2.0, 4.0)  # periods before one that repeats; what holds on longer is a matter of how it began
 _EXPONENTIAL = 1.2  # a Bouc–Wen exponent below it grows e⁵-fold at most where this one would be infinite
 _REVERSAL_SUBSTEPS = 4
 _PLAY_SUBSTEPS = 16  # a rigid contact rings at some kHz; all of its error sits in the samples of an impact
@@ -116,16 +116,12 @@ def _steady_damper(model: Model, motion: Motion, wanted: Mask | None, substeps: 
         return _damper(model, motion, wanted, substeps)
     if not _remembers(model):
         return _tiled(_damper(model, _settled(model, motion, 0), wanted, substeps), motion)
-    core = replace(model, elements=(*model.on("control"), *model.on("core")))
-    costly = bool(model.on("mount")) and any(e.spec.memory for e in model.on("core"))
-    parts = [part for part in _AHEAD if part <= max(motion.ahead, _AHEAD[0])]
-    for part in parts:
-        warm, last = int(part * motion.period), part == parts[-1]
-        some = _settled(model, motion, warm)
-        if costly and not last and not _repeats(_damper(core, some, None, 1).force, warm, motion.period):
-            continue  # bolted to the rig it takes a tenth of the time, and forgets no later
-        response = _damper(model, some, wanted, substeps)
-        if last or _repeats(response.force, warm, motion.period):
+    longest = max(motion.ahead, _AHEAD[0])
+    parts = [part for part in _AHEAD if part <= longest]
+    for part in parts[_forgotten(model, motion, parts) :]:
+        warm = int(part * motion.period)
+        response = _damper(model, _settled(model, motion, warm), wanted, substeps)
+        if part == parts[-1] or _repeats(response.force, warm, motion.period):
             break
     return _tiled(response, motion)
 
@@ -142,6 +138,18 @@ def _settled(model: Model, motion: Motion, warm: int) -> Motion:
     if model.has("temperature_fade"):
         some = replace(some, temperature=np.full(some.x.size, float(np.mean(motion.temperature))))
     return some
+
+
+def _forgotten(model: Model, motion: Motion, parts: Sequence[float]) -> int:
+    """Index of the run-in that may do for a memory behind a mount: bolted to the rig it takes a tenth of the time, and
+    forgets no later."""
+    if not (model.on("mount") and any(e.spec.memory for e in model.on("core"))):
+        return 0
+    core = replace(model, elements=(*model.on("control"), *model.on("core")))
+    warm = [int(part * motion.period) for part in parts]
+    force = _damper(core, _settled(model, motion, warm[-2] if len(warm) > 1 else 0), None, 1).force
+    met = [_repeats(force[: some + motion.period], some, motion.period) for some in warm[:-1]]
+    return met.index(True) if any(met) else len(parts) - 1
 
 
 def _repeats(force: Floats, warm: int, period: int) -> bool:

@@ -34,6 +34,9 @@ from identification.physical.mount import (
     contact,
 )
 
+_MET = 1e-6  # of a velocity: Newton squares its error, so a step as small as this leads to round-off
+_NEAR = 1e-3  # of it: what the next step leads to is worth its slopes
+
 
 @inlined
 def between(motion, i, q):
@@ -85,17 +88,15 @@ def _trial(program, z, w, s, h, inputs, state, memory, work, wanted):
 
 
 @pasted
-def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, state, memory, work, quick, wanted):
-    """Velocity of the core at one implicit stage.
+def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, guess, state, memory, work, wanted):
+    """Velocity of the core at one implicit stage, from a `guess` of it.
 
     `inputs` are u, temperature, a and v_m; `b0 + b1·de/dt` is the force of the mount's relaxing branch.
     Returns w, ∂f/∂z + ∂φ/∂e, ∂f/∂u, the slope of the equation by w, and whether it converged; a slope of 0 means stick.
     """
-    km, cm, gap = mount[K], mount[C] + mount[C_CONTROL] * inputs[0], mount[GAP]
-    guess, tol = state[3] + (v - state[7]), state[4]  # a core follows its rig, but for what the mount takes
-    state[7] = v
+    km, cm, gap, tol = mount[K], mount[C] + mount[C_CONTROL] * inputs[0], mount[GAP], state[4]
     low, high, side = -np.inf, np.inf, 0.0
-    w, stiff, f_u, slope, done, ready = guess, 0.0, 0.0, 0.0, False, False
+    w, stiff, f_u, slope, done, near = guess, 0.0, 0.0, 0.0, False, state[9] > 0.0
     if program[6]:  # dry friction: does it hold the core at rest?
         f, _, _, f_u, jump = _trial(program, x - e0 - gh * v, 0.0, 0.0, h, inputs, state, memory, work, wanted)
         phi, _, _, _, _, _ = contact(km, cm, gap, e0 + gh * v, v)
@@ -110,40 +111,51 @@ def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, state, memory, work, 
             w = 0.0
         elif guess * side <= 0.0:
             w = side * 1e-3 * abs(v)
-    iterations = 0
-    while not (done or (ready and quick)) and iterations < 80:
+    iterations, last = 0, np.inf
+    while not done and iterations < 80:
         iterations += 1
         rate = v - w
         s = side if side != 0.0 else (1.0 if w > 0 else -1.0)
-        f, f_z, f_w, f_u, _ = _trial(
-            program, x - e0 - gh * rate, w, s, h, inputs, state, memory, work, wanted and ready
-        )
+        f, f_z, f_w, f_u, _ = _trial(program, x - e0 - gh * rate, w, s, h, inputs, state, memory, work, wanted and near)
         phi, phi_e, phi_r, _, _, _ = contact(km, cm, gap, e0 + gh * rate, rate)
         residual = f - phi - (b0 + b1 * rate)
         stiff = f_z + phi_e
         slope = f_w + gh * stiff + phi_r + b1
-        if ready or (residual == 0.0 and not wanted):
-            done = True
+        if residual < 0.0:
+            low = w
         else:
-            if residual < 0.0:
-                low = w
-            else:
-                high = w
-            new = w - residual / slope if slope > 0.0 else np.nan
-            # Newton squares its error: what is within 1e-7 now is at round-off after the evaluation that follows. Asked
-            # before the bracket, which round-off would have closed on the solution itself.
-            ready = abs(new - w) <= 1e-7 * abs(w) + tol
-            if not (low < new < high):
-                if ready:
-                    new = w
-                elif np.isfinite(low) and np.isfinite(high):
-                    new = 0.5 * (low + high)
-                    ready = new in (low, high)
-                else:
-                    new = w - np.sign(residual) * max(2.0 * abs(w), 1e3 * tol)
-            w = new
+            high = w
+        step = -residual / slope if slope > 0.0 else np.inf
+        middle = 0.5 * (low + high)
+        bounded = np.isfinite(middle)
+        # Asked before the bracket, which round-off would have closed on the solution itself.
+        met = abs(step) <= _MET * abs(w) + tol or (bounded and middle in (low, high))
+        done = met and (near or not wanted)
+        near = met or abs(step) <= _NEAR * abs(w)
+        if iterations == 1:
+            state[9] = 1.0 if met else 0.0
+        inside = low < w + step < high
+        if not met and not (
+            inside and (abs(step) <= 0.5 * last or not bounded)
+        ):  # where the force jumps Newton is lost
+            step = middle - w if bounded else -np.sign(residual) * max(2.0 * abs(w), 1e3 * tol)
+        if not met or inside:
+            w += step
+            last = abs(step)
+        if done and inside:
+            _follow(program, gh, step, work)
         slope = max(slope, 1e-300)
-    return w, stiff, f_u, slope, done or ready
+    return w, stiff, f_u, slope, done
+
+
+@inlined
+def _follow(program, gh, shift, work):
+    """Takes the memories along with the last step of the velocity, a small one."""
+    trial, parts = work[0], work[1]
+    if program[5]:
+        for k in range(trial.size):
+            if is_memory(program[0][k]):
+                trial[k] += (gh * parts[k, BY_Z] + parts[k, BY_W]) * shift
 
 
 @pasted
