@@ -56,8 +56,9 @@ def _keep(memory, sens, de, state, to_memory, to_sens, to_de, to_state):
 def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory, du, sens, de, work, grads, wanted):
     """One SDIRK2 step from (sub)/substeps to (sub + 1)/substeps of sample interval i; returns whether it converged.
 
-    state : e, z and w at the last step, de/dt to expect at the first stage, the tolerance of w, de/dt and the branch's
-    force at the end, de/dt at the first stage and its change from there to the end.
+    state : e, z and w at the last step, de/dt to expect at the first stage of the next, the tolerance of w, de/dt and
+    the branch's force at the end, de/dt at the first stage and its change from there to the end, and whether the last
+    stage was met at the first guess.
     """
     dt = motion[6]
     de_base, rate_sens, f2_base = grads

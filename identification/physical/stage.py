@@ -135,9 +135,8 @@ def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, guess, state, memory,
         if iterations == 1:
             state[9] = 1.0 if met else 0.0
         inside = low < w + step < high
-        if not met and not (
-            inside and (abs(step) <= 0.5 * last or not bounded)
-        ):  # where the force jumps Newton is lost
+        lost = bounded and abs(step) > 0.5 * last  # as Newton is where the force jumps
+        if not met and (lost or not inside):
             step = middle - w if bounded else -np.sign(residual) * max(2.0 * abs(w), 1e3 * tol)
         if not met or inside:
             w += step

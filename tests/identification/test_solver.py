@@ -167,6 +167,21 @@ def test_a_force_that_jumps_within_a_step_is_still_solved() -> None:
     assert np.linalg.norm(response.force - exact) < 0.02 * np.linalg.norm(exact)
 
 
+def test_where_newton_would_go_to_and_fro_over_a_jump_the_bracket_closes_on_it() -> None:
+    """A force that jumps with the direction, a hysteresis that grows as it is loaded, and a spring without a damper."""
+    elements = (
+        element("series_compliance", {"k": 2.6e7, "c": 0.0}),
+        element("valve_damping", {"c_soft": 8000, "c_firm": 23000, "u_soft": 0.3, "u_firm": 1.6, "w_knee": 0.046}),
+        element("tanh_hysteresis", {"alpha": 450, "beta": 120, "delta": 0.4}),
+        element("bouc_wen", {"alpha": 10500, "A": 1.0, "n": 1.0, "beta": -108, "gamma": 46}),
+    )
+    model, inputs = Model(name="m", elements=elements), motion(0.7, 0.001)
+    response, value = simulate(model, inputs, gradient=True), simulate(model, inputs)
+    assert response.failures == value.failures == 0
+    assert value.force == pytest.approx(response.force, rel=1e-9)
+    assert np.linalg.norm(value.force - simulate(model, inputs, substeps=20).force) < 0.01 * np.linalg.norm(value.force)
+
+
 @pytest.mark.parametrize("elements", [(*BASE, MOUNT), (*BASE, EXTRA[-2])], ids=["mounted", "rigid"])
 def test_the_estimate_of_the_numerical_error_is_the_error(elements: tuple[Element, ...]) -> None:
     model, inputs = Model(name="m", elements=elements), motion(4.0)
