@@ -25,6 +25,7 @@ from identification.discrepancy.trials import (
     complexity,
     last_of,
     tolerance,
+    trial_of,
     trials,
 )
 from identification.errors import SimulationError
@@ -258,7 +259,10 @@ def _tried_again(state: Search, name: str, records: Sequence[Record]) -> Search:
     form = FORM_TOLERANCE**2 * contribution(state.fit.model, name, records)
     if excess_of(rest) <= state.excess + form + 10.0:
         return _dropped(state, name, rest)
-    found = trials(rest, _given(state).without(name), records, incumbent=name, beside=state.fit.model)
+    found = [
+        trial_of(state.fit, name, rest, records, t.screened) if t.name == name and t.excess > state.excess + 10.0 else t
+        for t in trials(rest, _given(state).without(name), records, incumbent=name, beside=state.fit.model)
+    ]  # a trial that has stuck says nothing against a name that fits
     own = choose([t for t in found if t.name == name])
     if own is not None and own.excess < state.excess - 10.0:  # the fit had stuck
         state = replace(state, fit=own.fit, excess=own.excess)

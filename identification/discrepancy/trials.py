@@ -179,7 +179,7 @@ def _grown(
     sprints = _sprinted(starts, few)
     fits = _run_on(sprints, records, FIT_ITERATIONS) if sprints else []
     best = min(fits, key=_merit, default=denied.fit)
-    return denied if _merit(best)[0] else _trial(best, denied.name, start, records, denied.screened)
+    return denied if _merit(best)[0] else trial_of(best, denied.name, start, records, denied.screened)
 
 
 def _shortlist(
@@ -254,10 +254,11 @@ def _fitted(candidate: _Candidate, its: _Round) -> Trial | None:
     if full:
         raw = min(fits, key=_merit)
         fits.append(refined(raw, last_of(raw.model, candidate.name), its.records))
-    return _trial(min(fits, key=_merit), candidate.name, its.start, its.records, candidate.promised)
+    return trial_of(min(fits, key=_merit), candidate.name, its.start, its.records, candidate.promised)
 
 
-def _trial(fit: Fit, name: str, start: Fit, records: Sequence[Record], screened: float) -> Trial:
+def trial_of(fit: Fit, name: str, start: Fit, records: Sequence[Record], screened: float) -> Trial:
+    """A fit as a trial of the last element of that name in it, added to what `start` is a fit of."""
     own = fit.model.elements[last_of(fit.model, name)]
     free = [not p.fixed and not q.refinement for p, q in zip(own.parameters, own.spec.parameters, strict=True)]
     return Trial(

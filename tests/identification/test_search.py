@@ -64,6 +64,23 @@ def test_a_base_that_has_bent_too_far_is_held_near_what_was_given() -> None:
     assert not list(search._elsewhere(near, BASE, near.fit, records)), "a base that is near needs no holding"
 
 
+def test_a_trial_that_sticks_says_nothing_against_a_name_that_fits(monkeypatch: pytest.MonkeyPatch) -> None:
+    records = records_with("moving_mass")
+    base = fit_records(BASE, records)
+    bare = Search(fit=base, names=(), excess=excess_of(base), given=BASE, base_excess=excess_of(base))
+    found = naming.trials(base, BASE, records)
+    right = min(found, key=lambda t: t.excess)
+    state = naming.taken_up(bare, right, found, records)
+    lost = replace(base, model=right.fit.model)
+    stuck = [replace(t, fit=lost, excess=bare.excess) if t.name == right.name else t for t in found]
+    monkeypatch.setattr(naming, "trials", lambda *_, **__: stuck)
+    again = naming._tried_again(state, right.name, records)
+    assert again.names == ("moving_mass",)
+    own = [t for t in again.compared["moving_mass"].rivals if t.name == "moving_mass"]
+    assert [t.excess for t in own] == [state.excess]
+    assert min(again.compared["moving_mass"].rivals, key=lambda t: t.excess) is own[0]
+
+
 @pytest.mark.parametrize(
     ("found", "other", "taken"),
     [(5.0, 0.5, True), (5.0, 2.0, False), (40.0, 2.0, True), (40.0, 15.0, False), (1.2, 0.9, False)],
