@@ -15,6 +15,7 @@ _BOUC_WEN, _PRESLIDING = int(Code.BOUC_WEN), int(Code.PRESLIDING)
 _REVERSAL, _LUGRE = int(Code.REVERSAL_LAG), int(Code.LUGRE)
 _PART = 0.5  # of the travel in which a Bouc–Wen hysteresis fades by e: one Runge–Kutta step
 _FORGOTTEN = 16
+_GROWN = 64  # such steps on, what grows as it is loaded is at its top: e⁷ times as high as it began to grow
 
 
 @inlined
@@ -48,8 +49,8 @@ def _bouc_wen(p, o, n, h, travel, s, wanted, out):
 
     dh/dt = A w − gamma |w| h |h|^(n−1) − beta w |h|^n does not depend on time but on travel ζ: along it
     dh/dζ = g(h) = s A − h |h|^(n−1) (gamma + s sgn(h) beta), by the classical Runge–Kutta method of fourth order. What
-    lies `_FORGOTTEN` steps back has faded by e^−8: a longer leg ends saturated. The partials are those of these very
-    steps: `l1` … `l4` say what h owes to the slope at each stage.
+    lies `_FORGOTTEN` steps back has faded by e^−8: a longer leg ends saturated, or at the top of what grows. The
+    partials are those of these very steps: `l1` … `l4` say what h owes to the slope at each stage.
     """
     a, beta, gamma = s * p[o + 1], s * p[o + 3], p[o + 4]
     far = fading(p, o, n)
@@ -59,6 +60,9 @@ def _bouc_wen(p, o, n, h, travel, s, wanted, out):
         end, out[2], out[3], out[4] = _saturated(p, o, n, s)
         out[5] = out[4]
         return end
+    if count > _GROWN:
+        out[0], out[1], out[2], out[3], out[4], out[5] = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        return s * top
     steps = 1 + int(count)
     d = travel / steps
     dh, dz, da, dn, db, dg = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0

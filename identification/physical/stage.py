@@ -36,6 +36,7 @@ from identification.physical.mount import (
 
 _MET = 1e-6  # of a velocity: Newton squares its error, so a step as small as this leads to round-off
 _NEAR = 1e-3  # of it: what the next step leads to is worth its slopes
+_FAR = 1e13  # times the tolerance of a velocity: the highest of the motion
 
 
 @inlined
@@ -126,18 +127,18 @@ def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, guess, state, memory,
         else:
             high = w
         step = -residual / slope if slope > 0.0 else np.inf
-        middle = 0.5 * (low + high)
-        bounded = np.isfinite(middle)
+        bounded = high - low < np.inf
         # Asked before the bracket, which round-off would have closed on the solution itself.
-        met = abs(step) <= _MET * abs(w) + tol or (bounded and middle in (low, high))
+        met = abs(step) <= _MET * abs(w) + tol or high - low <= 1e-15 * abs(w) + tol
         done = met and (near or not wanted)
         near = met or abs(step) <= _NEAR * abs(w)
         if iterations == 1:
             state[9] = 1.0 if met else 0.0
         inside = low < w + step < high
-        lost = bounded and abs(step) > 0.5 * last  # as Newton is where the force jumps
+        # Lost as Newton is where the force jumps, or where its slope all but vanishes.
+        lost = abs(step) > (0.5 * last if bounded else 2.0 * abs(w) + _FAR * tol)
         if not met and (lost or not inside):
-            step = middle - w if bounded else -np.sign(residual) * max(2.0 * abs(w), 1e3 * tol)
+            step = 0.5 * (low + high) - w if bounded else -np.sign(residual) * max(2.0 * abs(w), 1e3 * tol)
         if not met or inside:
             w += step
             last = abs(step)

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from identification.errors import ModelError, SimulationError
 from identification.physical.accuracy import numerical_error, simulate_within
+from identification.physical.memory import PARTIALS, _bouc_wen, fading
 from identification.physical.model import Element, Model, element
 from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
@@ -28,6 +29,20 @@ LINEAR = (
     element("position_dependent_damping", {"p": 100}),
     element("control_lag", {"tau": 0.01}),
 )
+
+
+@pytest.mark.parametrize("n", [1.0, 1.9, 4.0])
+@pytest.mark.parametrize("travel", [0.05, 1e15])
+def test_what_grows_as_it_is_loaded_comes_to_its_top_however_far_it_travels(n: float, travel: float) -> None:
+    """A solver that is lost may ask for any travel, and must have its answer at once."""
+    partials = np.ones(PARTIALS)
+    height = (1.0 / 400.0) ** (1.0 / n)  # far below a travel of 0.05 m
+    p = np.array([1e5, 1.0, n, -1.0, 1.0 - 1.0 / height**n, 0.0])
+    assert p[3] + p[4] < 0.0
+    far = fading(p, 0, n)
+    ends = [_bouc_wen(p, 0, n, 0.0, way, 1.0, True, partials) for way in (31.9 * far, travel + 33.0 * far)]
+    assert ends[0] == ends[1] == pytest.approx(1e3 * height)
+    assert not np.any(partials[:6])
 
 
 def bolted(**values: float) -> Model:
