@@ -259,10 +259,8 @@ def _tried_again(state: Search, name: str, records: Sequence[Record]) -> Search:
     form = FORM_TOLERANCE**2 * contribution(state.fit.model, name, records)
     if excess_of(rest) <= state.excess + form + 10.0:
         return _dropped(state, name, rest)
-    found = [
-        trial_of(state.fit, name, rest, records, t.screened) if t.name == name and t.excess > state.excess + 10.0 else t
-        for t in trials(rest, _given(state).without(name), records, incumbent=name, beside=state.fit.model)
-    ]  # a trial that has stuck says nothing against a name that fits
+    tried = trials(rest, _given(state).without(name), records, incumbent=name, beside=state.fit.model)
+    found = [_unstuck(t, state, rest, records) if t.name == name else t for t in tried]
     own = choose([t for t in found if t.name == name])
     if own is not None and own.excess < state.excess - 10.0:  # the fit had stuck
         state = replace(state, fit=own.fit, excess=own.excess)
@@ -273,6 +271,15 @@ def _tried_again(state: Search, name: str, records: Sequence[Record]) -> Search:
     if best is None or best.name == name or not _replaces(best, name, found, state):
         return state
     return _swapped(state, name, best, _compared(rest, others, found))
+
+
+def _unstuck(own: Trial, state: Search, rest: Fit, records: Sequence[Record]) -> Trial:
+    """The trial of a name that is in place or, where that has stuck, the fit that the name has.
+
+    A trial that sticks says nothing against a name that fits.
+    """
+    stuck = own.excess > state.excess + 10.0
+    return trial_of(state.fit, own.name, rest, records, own.screened) if stuck else own
 
 
 def _swapped(state: Search, name: str, better: Trial, compared: Compared) -> Search:

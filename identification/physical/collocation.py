@@ -22,6 +22,7 @@ from identification.physical.compiled import compiled, inlined, pasted
 from identification.physical.core import core_force
 from identification.physical.lanes import ACCELERATION, AMPLITUDE, TEMPERATURE, U, core_values
 from identification.physical.mount import C2, C_CONTROL, K2, C, K
+from identification.physical.stage import MET
 
 _ROOT6 = np.sqrt(6.0)
 _NODES = np.array([(4.0 - _ROOT6) / 10.0, (4.0 + _ROOT6) / 10.0, 1.0])
@@ -34,7 +35,6 @@ _WEIGHTS = np.array(
 )
 _AHEAD = np.vander(1.0 + _NODES, 3) @ np.linalg.inv(np.vander(_NODES, 3))  # the parabola through three rates, a step on
 _RUNAWAY = 1e14  # times the tolerance of a velocity: a root ten times beyond the highest of the motion is another one
-_MET = 1e-6  # of a velocity
 _ITERATIONS = 30
 X, V = 0, 1  # columns of the stages
 
@@ -183,11 +183,11 @@ def collocate(program, mount, mount_column, motion, i, sub, state, du, sens, de,
             last = size
             d0, d1, d2 = _times(_slopes(cm, f_z, f_w, h_a, m), g0, g1, g2)
             r = (r[0] + d0, r[1] + d1, r[2] + d2)
-            # Newton squares its error: what is within _MET now is at round-off after this step.
+            # Newton squares its error: what is within MET now is at round-off after this step.
             ready = (
-                abs(d0) < _MET * abs(w[0] - d0) + tolerance
-                and abs(d1) < _MET * abs(w[1] - d1) + tolerance
-                and abs(d2) < _MET * abs(w[2] - d2) + tolerance
+                abs(d0) < MET * abs(w[0] - d0) + tolerance
+                and abs(d1) < MET * abs(w[1] - d1) + tolerance
+                and abs(d2) < MET * abs(w[2] - d2) + tolerance
                 and abs(r[0]) + abs(r[1]) + abs(r[2]) < _RUNAWAY * tolerance
             )
     if ready:

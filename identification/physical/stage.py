@@ -34,7 +34,7 @@ from identification.physical.mount import (
     contact,
 )
 
-_MET = 1e-6  # of a velocity: Newton squares its error, so a step as small as this leads to round-off
+MET = 1e-6  # of a velocity: Newton squares its error, so a step as small as this leads to round-off
 _NEAR = 1e-3  # of it: what the next step leads to is worth its slopes
 _FAR = 1e13  # times the tolerance of a velocity: the highest of the motion
 
@@ -129,7 +129,7 @@ def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, guess, state, memory,
         step = -residual / slope if slope > 0.0 else np.inf
         bounded = high - low < np.inf
         # Asked before the bracket, which round-off would have closed on the solution itself.
-        met = abs(step) <= _MET * abs(w) + tol or high - low <= 1e-15 * abs(w) + tol
+        met = abs(step) <= MET * abs(w) + tol or high - low <= 1e-15 * abs(w) + tol
         done = met and (near or not wanted)
         near = met or abs(step) <= _NEAR * abs(w)
         if iterations == 1:

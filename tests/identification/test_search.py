@@ -9,17 +9,24 @@ import pytest
 from identification.discrepancy import naming, search
 from identification.discrepancy.excess import excess_of, material_excess, significant_excess
 from identification.discrepancy.naming import Search
+from identification.discrepancy.trials import Trial
 from identification.fitting.leastsquares import fit_records
 from identification.physical.model import Element
+from identification.record import Record
 from tests.identification.specimens import AS_SIMULATED as BASE
 from tests.identification.specimens import records_with
 
 
-def test_where_a_name_led_nowhere_the_likeliest_beside_it_is_taken_up() -> None:
+def first_trials() -> tuple[list[Record], Search, list[Trial]]:
+    """Records of a machine with a mass that the base lacks, the search before any name, and what was tried first."""
     records = records_with("moving_mass")
     base = fit_records(BASE, records)
     bare = Search(fit=base, names=(), excess=excess_of(base), given=BASE, base_excess=excess_of(base))
-    found = naming.trials(base, BASE, records)
+    return records, bare, naming.trials(base, BASE, records)
+
+
+def test_where_a_name_led_nowhere_the_likeliest_beside_it_is_taken_up() -> None:
+    records, bare, found = first_trials()
     wrong = max(found, key=lambda t: t.excess)
     astray = naming.taken_up(bare, wrong, found, records)
     other = search._second(bare, astray, astray.names, records)
@@ -65,13 +72,10 @@ def test_a_base_that_has_bent_too_far_is_held_near_what_was_given() -> None:
 
 
 def test_a_trial_that_sticks_says_nothing_against_a_name_that_fits(monkeypatch: pytest.MonkeyPatch) -> None:
-    records = records_with("moving_mass")
-    base = fit_records(BASE, records)
-    bare = Search(fit=base, names=(), excess=excess_of(base), given=BASE, base_excess=excess_of(base))
-    found = naming.trials(base, BASE, records)
+    records, bare, found = first_trials()
     right = min(found, key=lambda t: t.excess)
     state = naming.taken_up(bare, right, found, records)
-    lost = replace(base, model=right.fit.model)
+    lost = replace(bare.fit, model=right.fit.model)
     stuck = [replace(t, fit=lost, excess=bare.excess) if t.name == right.name else t for t in found]
     monkeypatch.setattr(naming, "trials", lambda *_, **__: stuck)
     again = naming._tried_again(state, right.name, records)
@@ -99,12 +103,9 @@ def test_of_two_answers_that_come_near_only_a_whole_one_replaces_the_first(
 
 
 def test_a_start_that_was_taken_already_is_not_taken_again() -> None:
-    records = records_with("moving_mass")
-    base = fit_records(BASE, records)
-    bare = Search(fit=base, names=(), excess=excess_of(base), given=BASE, base_excess=excess_of(base))
-    found = naming.trials(base, BASE, records)
+    records, bare, found = first_trials()
     wrong = max(found, key=lambda t: t.excess)
-    last = replace(naming.taken_up(bare, wrong, found, records), excess=0.0)
+    base, last = bare.fit, replace(naming.taken_up(bare, wrong, found, records), excess=0.0)
     assert [start.names for _, start in search._elsewhere(last, base.model, base, records)] == [("moving_mass",)]
     tried = replace(last, dead_end=frozenset({"moving_mass"}))
     assert not list(search._elsewhere(tried, base.model, base, records))
