@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -45,6 +45,11 @@ def check_run(run: Run) -> tuple[Finding, ...]:
         for look in _LOOKS:
             found += look(run)
     return tuple(found)
+
+
+def findings_in(runs: Sequence[Run]) -> list[str]:
+    """A line for every finding in some runs, with the run's name."""
+    return [f"{run.path.name if run.path else run.run_id}: {finding}" for run in runs for finding in check_run(run)]
 
 
 def _polarity(run: Run) -> Iterator[Finding]:

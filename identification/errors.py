@@ -3,7 +3,8 @@
 IdentificationError
 ├── ModelError          a model that is no model: unknown element, value outside its physical range, missing parameter
 ├── DataError           runs that can't be used for what is asked of them
-└── SimulationError     the model can't run on this input
+├── SimulationError     the model can't run on this input
+└── ReportFileError     a file of a report that can't be drawn from
 """
 
 
@@ -21,3 +22,7 @@ class DataError(IdentificationError):
 
 class SimulationError(IdentificationError):
     """A model that can't run on the given input."""
+
+
+class ReportFileError(IdentificationError):
+    """A file of a report that can't be drawn from: what, where, what would be right."""

@@ -246,7 +246,6 @@ def _periodic(run: Run, name: str) -> Record:
         route=route + limited,
         bandwidth_hz=kinematics.bandwidth_hz,
         tones_hz=tuple(q * run.sample_rate_hz for q in tones),
-        notes=_notes(run),
         kind=run.excitation_kind,
         again=_again(motion, kinematics, drop * period),
         band_hz=narrow,
@@ -285,7 +284,7 @@ def _free(run: Run, name: str) -> Record:
         has_temperature="temperature" in run.channels,
         route=f"no whole periods: derivatives up to {kinematics.bandwidth_hz:.3g} Hz, noise from {how}",
         bandwidth_hz=kinematics.bandwidth_hz,
-        notes=_notes(run) + resting,
+        notes=resting,
         kind=run.excitation_kind,
         again=again,
         band_hz=narrow,
@@ -366,18 +365,6 @@ def _varies(current: Floats | None) -> bool:
 def _at_least(sigma: float, force: Floats) -> float:
     """A noise-free record (a simulation) still has the rounding of its numbers and of its solver."""
     return max(sigma, ROUNDING * float(np.sqrt(np.mean(force**2))), np.finfo(np.float64).tiny)
-
-
-def _notes(run: Run) -> tuple[str, ...]:
-    """What a test engineer should know of the channels before believing any result."""
-    notes = []
-    for channel, unit in (("force", "N"), ("displacement", "m")):
-        values = run.channels[channel]
-        for extreme in (values.max(), values.min()):
-            share = float(np.mean(values == extreme))
-            if share > 0.01 and np.unique(values[:2000]).size > 50:
-                notes.append(f"{channel} sits at {extreme:.4g} {unit} for {100 * share:.0f} % of the run: clipped?")
-    return tuple(notes)
 
 
 def noise_without(record: Record, tone: Floats) -> Record:

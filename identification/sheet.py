@@ -13,7 +13,7 @@ from plotly.subplots import make_subplots
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import QhullError
 
-from identification.datachecks import check_run
+from identification.datachecks import findings_in
 from identification.errors import DataError
 from identification.force_velocity import ArctanCurve, arctan_fit, extremes
 from identification.steady import (
@@ -56,7 +56,7 @@ def write_sheet(path: Path, runs: Sequence[Run]) -> list[dict[str, float | str |
     one_current = np.ptp([test.current or 0.0 for test in tests]) < 0.02
     curve = arctan_fit(speeds, forces) if speeds.size >= 8 and one_current else None
     figures = [loops(tests), peak_velocity(tests, curve), continuous_velocity(tests), *maps(tests)]
-    seen = [f"{_name(run)}: {finding}" for run in runs for finding in check_run(run)]
+    seen = findings_in(runs)
     with replacing(path) as temporary:
         temporary.write_text(_page(tests, figures, curve, left_out, seen), encoding="utf-8")
     return [row(test) for test in tests]

@@ -42,7 +42,7 @@ def explain(
     Example: damper-rig explain model.json runs/*.h5 --held-out check.h5 -o report
     """
     from api.cli.fmu import fmu_choice
-    from api.cli.terminal import answer, progress_bar
+    from api.cli.terminal import answer, progress_bar, warn
     from identification.discrepancy import explain as explain_gap
     from identification.discrepancy import report_data, write_report
     from identification.physical.modelfile import read_model
@@ -55,6 +55,7 @@ def explain(
     base = None if simulated or foreign else read_model(model)
     measured = [read_run(path) for path in paths]
     kept = [read_run(path) for path in held_out or []]
+    warn([*measured, *kept])
     if foreign is not None:
         from identification.fmu import with_fmu
 

@@ -21,6 +21,7 @@ from api.cli.fit import fit
 from api.cli.interrupt import ignore_signals, take_signals
 from api.cli.iterate import iterate
 from api.cli.recover import recover
+from api.cli.report import report
 from api.cli.run import run as run_tests
 from api.cli.score import score
 from api.cli.serve import serve
@@ -47,6 +48,7 @@ app.command()(fit)
 app.command()(simulate)
 app.command()(score)
 app.command()(explain)
+app.command()(report)
 app.command()(autopilot)
 app.command()(characterise)
 app.command()(convert)

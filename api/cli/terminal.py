@@ -76,8 +76,7 @@ def existing(path: Path, what: str) -> Path:
 
 def warn(runs: Sequence[Run]) -> None:
     """Say on standard error what the data checks saw in runs that are about to be used."""
-    from identification.datachecks import check_run
+    from identification.datachecks import findings_in
 
-    for run in runs:
-        for finding in check_run(run):
-            print(f"damper-rig: {run.path.name if run.path else run.run_id}: {finding}", file=sys.stderr)
+    for finding in findings_in(runs):
+        print(f"damper-rig: {finding}", file=sys.stderr)

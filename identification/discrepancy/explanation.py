@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from identification.discrepancy.aliases import aliases
 from identification.discrepancy.evidence import Evidence
 from identification.discrepancy.naming import Compared, Move
-from identification.discrepancy.where import Profile, Region
+from identification.discrepancy.where import Region
 from identification.fitting.leastsquares import Fit
 from identification.physical.model import Model
 from identification.record import Record
+from identification.report.page_data import Profile
 
 Floats = NDArray[np.float64]
 
@@ -159,13 +160,18 @@ def _gap_data(g: Gaps, *, closed: bool = False) -> dict[str, float | None]:
     return data
 
 
-def gaps_of(records: Sequence[Record], forces: Sequence[Sequence[Floats]]) -> Gaps:
-    """Gaps over records from the simulated forces (as given, refitted, final) of each."""
-    samples = sum(r.measured.size for r in records)
+def gaps_of(traces: Sequence[Traces]) -> Gaps:
+    """Gaps over the records of some traces."""
+    samples = sum(t.record.measured.size for t in traces)
 
-    def rms(step: int) -> float:
-        total = sum(float(np.sum((r.measured - f[step]) ** 2)) for r, f in zip(records, forces, strict=True))
+    def rms(forces: Sequence[Floats]) -> float:
+        total = sum(float(np.sum((t.record.measured - f) ** 2)) for t, f in zip(traces, forces, strict=True))
         return float(np.sqrt(total / samples))
 
-    floor = float(np.sqrt(sum(r.sigma**2 * r.measured.size for r in records) / samples))
-    return Gaps(as_given=rms(0), base_refitted=rms(1), final=rms(2), noise_floor=floor)
+    floor = float(np.sqrt(sum(t.record.sigma**2 * t.record.measured.size for t in traces) / samples))
+    return Gaps(
+        as_given=rms([t.as_given for t in traces]),
+        base_refitted=rms([t.refitted for t in traces]),
+        final=rms([t.final for t in traces]),
+        noise_floor=floor,
+    )

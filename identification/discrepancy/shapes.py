@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,25 +14,12 @@ from identification.errors import SimulationError
 from identification.fitting.leastsquares import predict
 from identification.physical.model import Model
 from identification.record import Record, compact
+from identification.report.page_data import Shape
 
 Floats = NDArray[np.float64]
 
 _BINS = 40
 _FEW = 20  # samples: a mean of fewer is left out
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Shape:
-    """Mean forces over one variable, (B,) each, N: all beyond the best fit without the name."""
-
-    name: str
-    rival: str | None
-    variable: str
-    unit: str
-    centre: Floats
-    missing: Floats  # measured less simulated
-    own: Floats
-    other: Floats | None  # what the rival adds
 
 
 def shapes(e: Explanation) -> list[Shape]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.record import Record
+from identification.report.page_data import Profile
 
 Floats = NDArray[np.float64]
 
@@ -28,21 +29,6 @@ class Region:
     share_of_samples: float
     runs: tuple[str, ...]
     text: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Profile:
-    """Mean and rms of the residual over one variable, for a chart: arrays (B,).
-
-    `band` is how far the means of single runs scatter around it: a curve within its band is not one of the machine.
-    """
-
-    variable: str
-    unit: str
-    centre: Floats
-    mean: Floats
-    rms: Floats
-    band: Floats
 
 
 def variables(record: Record) -> dict[str, tuple[Floats, str]]:

@@ -12,7 +12,7 @@ import pytest
 
 from identification.discrepancy import Verdict, explain, naming, report_data, write_report
 from identification.discrepancy.aliases import ALIASES, aliases
-from identification.discrepancy.charts import interval_of_rms
+from identification.discrepancy.curves import interval_of_rms
 from identification.discrepancy.excess import FORM_TOLERANCE, contribution, excess_of, misshapen
 from identification.discrepancy.notes import coarse, unnamed
 from identification.discrepancy.trials import DRY_FRICTIONS, Trial, is_a_spring, is_no_play

@@ -1,0 +1,27 @@
+"""``damper-rig report``: the page of an explanation, drawn again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+__all__ = ["report"]
+
+
+def report(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Folder that damper-rig explain wrote.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print the path of the page as JSON.")] = False,
+) -> None:
+    """Draw report.html again from report.json and evidence.h5 in DIR.
+
+    Nothing is simulated or judged: the page is the one that explain wrote, in the form of this version.
+
+    Example: damper-rig report found
+    """
+    from api.cli.terminal import answer
+    from identification.report import draw_report
+
+    page = draw_report(directory)
+    answer(str(page), {"file": str(page)}, as_json=as_json)

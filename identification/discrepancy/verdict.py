@@ -1,0 +1,230 @@
+"""What is judged after the search: which names stand, what each closes, what is left over, and the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.discrepancy.confidence import ONE_RUN, TWO_RUNS
+from identification.discrepancy.equation import describe
+from identification.discrepancy.evidence import Evidence, gather
+from identification.discrepancy.excess import (
+    FORM_TOLERANCE,
+    excess_of,
+    material_excess,
+    misshapen,
+    significant_excess,
+)
+from identification.discrepancy.explanation import Effect, Gaps, Traces, Verdict, gaps_of
+from identification.discrepancy.hum import Hum, hum_in
+from identification.discrepancy.naming import Search
+from identification.discrepancy.signatures import tangent
+from identification.discrepancy.where import Region, locate
+from identification.errors import SimulationError
+from identification.fitting.leastsquares import Fit, fit_records, predict
+from identification.physical.catalogue import CATALOGUE
+from identification.physical.model import Element, Model
+from identification.record import Record
+from identification.report.page_data import Profile
+
+_UTTER = 0.4  # below this confidence a name is no name: of the few that were ever stated below it none was right
+_AMBIGUOUS = 0.9  # below this confidence the next test is worth its rig time
+_FEW = 2  # training runs: fewer leave too much unseen to say that nothing is missing
+_NEAR_FLOOR = 0.35  # an excess below this share of the noise can't be told from it run by run
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchResult:
+    """What a search found, and the records that it stands on: whole, kept back, and compact without the hum."""
+
+    base: Fit
+    found: Search
+    evidence: Sequence[Evidence]
+    hum: Hum | None
+    train: Sequence[Record]
+    held: Sequence[Record]
+    quiet: Sequence[Record]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every name, that of the hum last."""
+        return self.found.names + (("mains_hum",) if self.hum else ())
+
+    @property
+    def most_doubted(self) -> str | None:
+        """The name with the least confidence; None where there is none."""
+        return min(self.evidence, key=lambda e: e.confidence).name if self.evidence else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judgement:
+    """The verdict, and what it rests on."""
+
+    verdict: Verdict
+    effects: tuple[Effect, ...]
+    train: Gaps
+    held_out: Gaps
+    where: tuple[Region, ...]
+    profiles: tuple[Profile, ...]
+    remainder: str
+
+    @property
+    def repeatable(self) -> bool:
+        """Whether something stays that is no noise."""
+        return self.verdict in (Verdict.UNKNOWN_EFFECT, Verdict.PARTLY_EXPLAINED)
+
+
+def uphold(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence]]:
+    """The search less the names, one by one, that one strength in all runs does not bear out; and the evidence."""
+    while found.names:
+        evidence = gather(found, records)
+        weakest = min(evidence, key=lambda e: e.confidence)
+        if weakest.confidence >= _UTTER:
+            return found, evidence
+        try:
+            rest = fit_records(found.fit.model.without(weakest.name), records)
+        except SimulationError:  # it holds the model up
+            return found, evidence
+        names = tuple(n for n in found.names if n != weakest.name)
+        found = replace(found, fit=rest, names=names, excess=excess_of(rest))
+    return found, []
+
+
+def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judgement:
+    """What a search comes to, given its model fitted again to the whole records and the traces of every step."""
+    train, held = (gaps_of([t for t in traces if t.held_out is kept]) for kept in (False, True))
+    verdict = _verdict(result, held)
+    residuals = [r.measured - predict(result.base.model, r)[0] for r in result.quiet]
+    regions, profiles = locate(residuals, result.quiet)
+    stays = _remainder(verdict, result, regions, train.noise_floor) + _unseen(verdict, held, traces)
+    nothing = verdict == Verdict.NO_DISCREPANCY
+    return Judgement(
+        verdict=verdict,
+        effects=() if nothing else _effects(result, final, train),
+        train=train,
+        held_out=held,
+        where=() if nothing else tuple(regions),
+        profiles=tuple(profiles),
+        remainder=stays,
+    )
+
+
+def in_doubt(judged: Judgement, runs: int) -> bool:
+    """Whether a further test is worth its rig time after so many training runs."""
+    if judged.verdict == Verdict.NO_DISCREPANCY:
+        return runs < _FEW
+    return judged.verdict != Verdict.EXPLAINED or any(e.confidence < _AMBIGUOUS for e in judged.effects)
+
+
+def _verdict(result: SearchResult, held: Gaps) -> Verdict:
+    if not result.names:
+        gap = result.found.excess > max(material_excess(result.quiet), significant_excess(result.quiet))
+        return Verdict.UNKNOWN_EFFECT if gap else Verdict.NO_DISCREPANCY
+    left = _left_over(result.found, result.hum, result.quiet) or not _carries_over(held)
+    return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
+
+
+def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> bool:
+    """Whether something repeatable stays that neither noise nor the form of what was named can answer for."""
+    samples = sum(r.measured.size for r in records)
+    form = misshapen(found.fit.model, found.names, records, found.base_excess - found.excess)
+    if hum is not None:
+        form += FORM_TOLERANCE**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
+    floor = max(material_excess(records), significant_excess(records), _NEAR_FLOOR**2 * samples)
+    return found.excess > floor + form
+
+
+def _carries_over(held: Gaps) -> bool:
+    """Whether what was named closes the gap on runs that no fit has seen: to the noise, or but for twice what the form
+    of an element may miss where it was fitted."""
+    at_noise = held.final**2 < (1.0 + _NEAR_FLOOR**2) * held.noise_floor**2
+    return at_noise or held.closed is None or held.closed > 1.0 - 2.0 * FORM_TOLERANCE
+
+
+def _effects(result: SearchResult, final: Model, train: Gaps) -> tuple[Effect, ...]:
+    """Every name with its values in the final model, and the gap without it and with it."""
+    effects = []
+    for e in result.evidence:
+        element = next(x for x in reversed(final.elements) if x.name == e.name)
+        without = _gap(result.found.compared[e.name].without.model, result.hum, result.train)
+        effects.append(_effect(element, e.confidence, e.alternatives, without, train.final, e))
+    if result.hum is not None:
+        element = next(x for x in final.elements if x.name == "mains_hum")
+        without = float(np.hypot(train.final, result.hum.amplitude / np.sqrt(2.0)))
+        belief = {1: ONE_RUN, 2: TWO_RUNS}.get(len(result.train), 0.99)
+        effects.append(_effect(element, belief, (), without, train.final, None))
+    return tuple(effects)
+
+
+def _gap(model: Model, hum: Hum | None, records: Sequence[Record]) -> float:
+    """What a model leaves beside the hum, N rms."""
+    rests = [r.measured - predict(model, r)[0] for r in records]
+    if hum is not None:
+        rests = [e - hum_in(r, e, hum)[r.window] for r, e in zip(records, rests, strict=True)]
+    return float(np.sqrt(np.mean(np.concatenate(rests) ** 2)))
+
+
+def _effect(
+    element: Element,
+    confidence: float,
+    alternatives: tuple[tuple[str, float], ...],
+    without: float,
+    after: float,
+    evidence: Evidence | None,
+) -> Effect:
+    values = {
+        spec.name: (p.value, p.std, spec.unit)
+        for spec, p in zip(element.spec.parameters, element.parameters, strict=True)
+    }
+    return Effect(
+        element=element.name,
+        path=element.spec.path,
+        confidence=confidence,
+        parameters=values,
+        alternatives=alternatives,
+        gap_before=max(without, after),
+        gap_after=after,
+        evidence=evidence,
+    )
+
+
+def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region], noise_floor: float) -> str:
+    """What stays on the training runs, in words."""
+    found, records = result.found, result.quiet
+    samples = sum(r.measured.size for r in records)
+    noise = float(np.sqrt(np.mean([r.sigma**2 for r in records])))
+    size = noise * float(np.sqrt(max(found.excess, 0.0) / samples))
+    if verdict == Verdict.NO_DISCREPANCY or (verdict == Verdict.EXPLAINED and size < noise_floor):
+        return ""
+    if verdict == Verdict.EXPLAINED:
+        return f"{size:.3g} N rms stays, no more than the canonical forms of the named effects may miss of real ones"
+    if verdict == Verdict.PARTLY_EXPLAINED and size < _NEAR_FLOOR * noise_floor:
+        return f"on the fitted runs the named effects leave {size:.3g} N rms beyond the noise"
+    where = regions[0].text if regions else "spread over all runs"
+    like = describe(records, tangent(found.fit.model, records)).text
+    if verdict == Verdict.UNKNOWN_EFFECT:
+        near = _nearest(found)
+        return f"a repeatable {size:.3g} N rms that no element of the catalogue explains; {where}{near}; {like}"
+    return f"a repeatable {size:.3g} N rms stays after the named effects; before them the gap lay {where}; {like}"
+
+
+def _unseen(verdict: Verdict, held: Gaps, traces: Sequence[Traces]) -> str:
+    """What a partly explained gap leaves on runs that no fit has seen, where that is more than it may."""
+    if verdict != Verdict.PARTLY_EXPLAINED or _carries_over(held):
+        return ""
+    rests = {t.record.name: float(np.sqrt(np.mean((t.record.measured - t.final) ** 2))) for t in traces if t.held_out}
+    worst = max(rests, key=lambda name: rests[name])
+    return (
+        f"; on the held-out runs {held.final:.3g} N rms stays where the noise is {held.noise_floor:.3g} N, most of it "
+        f"on {worst}: take runs like it into the fit"
+    )
+
+
+def _nearest(found: Search) -> str:
+    if not found.moves:
+        return ""
+    best = min(found.moves[0].rivals, key=lambda t: t.excess)
+    title = CATALOGUE[best.name].title
+    return f"; nearest in shape is {title}, but its strength differs from run to run"
