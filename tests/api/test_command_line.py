@@ -269,7 +269,12 @@ def test_explain_writes_its_files_and_prints_the_report(
     assert report["runs"] == {"train": runs[:2], "held_out": runs[2:]}
     assert [effect["element"] for effect in report["effects"]] == ["coulomb_friction"]
     assert report == json.loads(Path("report/report.json").read_text())
-    assert sorted(path.name for path in Path("report").iterdir()) == ["model.json", "report.html", "report.json"]
+    assert sorted(path.name for path in Path("report").iterdir()) == [
+        "evidence.h5",
+        "model.json",
+        "report.html",
+        "report.json",
+    ]
     assert f"damper-rig {' '.join(arguments[:4])} --held-out" in Path("report/report.html").read_text()
     assert main(["simulate", "report/model.json", runs[3], "-o", "simulated.h5"]) == 0
     assert main(["score", "simulated.h5"]) == 0

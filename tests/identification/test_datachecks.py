@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from identification.datachecks import check_run
-from rigctl.runfile import Run
-from tests.identification.specimens import run
+from identification.datachecks import check_run, findings_in
+from identification.discrepancy import explain
+from identification.errors import DataError
+from identification.fitting import fit
+from rigctl.runfile import Run, with_channel
+from tests.identification.specimens import AS_SIMULATED, campaign, run
 
 Floats = NDArray[np.float64]
 
@@ -36,20 +39,20 @@ def aliased(values: Floats) -> Floats:
     return values + 60.0 * np.sin(2 * np.pi * 1464.0 * np.arange(values.size) / 1000.0)
 
 
-@pytest.mark.parametrize(
-    ("kind", "channel", "index", "change", "words"),
-    [
-        ("polarity", "force", 0, lambda f: -f, "sign of force or displacement is reversed"),
-        ("polarity", "displacement", 2, lambda x: -x, "J dissipated"),
-        ("clipping", "force", 2, lambda f: np.clip(f, -np.inf, 0.7 * f.max()), "clipped at its top"),
-        ("clipping", "displacement", 1, lambda x: np.clip(x, 0.6 * x.min(), np.inf), "clipped at its bottom"),
-        ("frozen", "force", 0, frozen, "from 2.000 to 2.600 s"),
-        ("frozen", "displacement", 0, lambda x: np.zeros_like(x), "throughout"),
-        ("skew", "force", 2, lambda f: np.roll(f, 12), "11.9 ms behind"),
-        ("drift", "force", 2, lambda f: f + np.linspace(0, 90.0, f.size), "N over the run"),
-        ("aliasing", "force", 2, aliased, "folded back"),
-    ],
-)
+FAULTS = [
+    ("polarity", "force", 0, lambda f: -f, "sign of force or displacement is reversed"),
+    ("polarity", "displacement", 2, lambda x: -x, "J dissipated"),
+    ("clipping", "force", 2, lambda f: np.clip(f, -np.inf, 0.7 * f.max()), "clipped at its top"),
+    ("clipping", "displacement", 1, lambda x: np.clip(x, 0.6 * x.min(), np.inf), "clipped at its bottom"),
+    ("frozen", "force", 0, frozen, "from 2.000 to 2.600 s"),
+    ("frozen", "displacement", 0, lambda x: np.zeros_like(x), "throughout"),
+    ("skew", "force", 2, lambda f: np.roll(f, 12), "11.9 ms behind"),
+    ("drift", "force", 2, lambda f: f + np.linspace(0, 90.0, f.size), "N over the run"),
+    ("aliasing", "force", 2, aliased, "folded back"),
+]
+
+
+@pytest.mark.parametrize(("kind", "channel", "index", "change", "words"), FAULTS)
 def test_a_fault_is_said_with_its_kind_its_channel_and_what_was_seen(
     kind: str, channel: str, index: int, change: Callable[[Floats], Floats], words: str
 ) -> None:
@@ -57,6 +60,36 @@ def test_a_fault_is_said_with_its_kind_its_channel_and_what_was_seen(
     assert kind in [f.kind for f in found], found
     [text] = [str(f) for f in found if f.kind == kind]
     assert words in text, text
+
+
+@pytest.mark.parametrize(
+    ("kind", "channel", "index", "change"), [fault[:4] for fault in FAULTS if fault[4] != "throughout"]
+)
+def test_explain_says_of_its_runs_what_the_data_checks_saw(
+    kind: str, channel: str, index: int, change: Callable[[Floats], Floats]
+) -> None:
+    """On top of a simulation that has the same fault, so that nothing is missing and no search begins."""
+    faulty = changed(run("none", index, 3), channel, change)
+    given = with_channel(faulty, "force_simulated", faulty.channels["force"], "N")
+    notes = explain(None, [given]).notes
+    assert [f"{given.run_id}: {finding}" for finding in check_run(given)] == [
+        n for n in notes if n in findings_in([given])
+    ]
+    assert any(f.kind == kind for f in check_run(given))
+
+
+def test_explain_and_fit_refuse_a_channel_that_is_frozen_throughout() -> None:
+    still = changed(run("none", 0, 3), "force", np.zeros_like)
+    for use in (lambda: explain(AS_SIMULATED, [still]), lambda: fit(AS_SIMULATED, [still])):
+        with pytest.raises(DataError, match="'force' is frozen at 0"):
+            use()
+
+
+def test_of_a_good_run_explain_says_nothing_of_the_kind() -> None:
+    runs, held_out = campaign("none", 4)
+    assert findings_in([*runs, *held_out]) == []
+    notes = " ".join(explain(AS_SIMULATED, runs, held_out).notes)
+    assert not any(word in notes for word in ("clipped", "frozen", "drifts", "reverses", "folded back", "drives"))
 
 
 def test_a_sine_that_is_quantised_is_not_clipped() -> None:

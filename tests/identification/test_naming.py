@@ -190,7 +190,7 @@ def test_the_report_is_one_offline_page_and_its_model_reads_back(tmp_path: Path)
     settled = slice(held[0].period_samples, None)
     rms = score_signals(held[0].channels["force"][settled], force[settled]).rms
     assert rms < 1.1 * found.held_out.noise_floor
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["model.json", "report.html", "report.json"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["evidence.h5", "model.json", "report.html", "report.json"]
 
 
 def test_the_interval_of_a_gap_holds_what_it_is_the_gap_of() -> None:
