@@ -55,7 +55,6 @@ def explain(
     base = None if simulated or foreign else read_model(model)
     measured = [read_run(path) for path in paths]
     kept = [read_run(path) for path in held_out or []]
-    warn([*measured, *kept])
     if foreign is not None:
         from identification.fmu import with_fmu
 
@@ -64,6 +63,7 @@ def explain(
         measured, kept = driven[: len(measured)], driven[len(measured) :]
     with progress_bar("explaining") as tell:
         found = explain_gap(base, measured, kept or None, on_progress=lambda text, done: tell(done, text))
+    warn([*measured, *kept])  # now that they are accepted: what is refused is told in one line
     options = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "-o": [output]}
     options |= {"--fmu-output": [fmu_output]} if fmu_output else {}
     given = [text for option, values in options.items() for value in values or [] for text in (option, str(value))]
