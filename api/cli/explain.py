@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -64,14 +64,20 @@ def explain(
     with progress_bar("explaining") as tell:
         found = explain_gap(base, measured, kept or None, on_progress=lambda text, done: tell(done, text))
     warn([*measured, *kept])  # now that they are accepted: what is refused is told in one line
-    options = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "-o": [output]}
-    options |= {"--fmu-output": [fmu_output]} if fmu_output else {}
-    given = [text for option, values in options.items() for value in values or [] for text in (option, str(value))]
-    flags = ["--simulated"] if simulated else []
-    command = shlex.join(["damper-rig", "explain", str(model), *map(str, runs or []), *flags, *given])
-    write_report(found, output, reproduce=command)
+    given = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "--fmu-output": [fmu_output]}
+    write_report(found, output, reproduce=_command([model, *(runs or [])], given, output, simulated=simulated))
     report = report_data(found)
     answer("\n".join([*in_words(report), str(output / "report.html")]), report, as_json=as_json)
+
+
+def _command(
+    files: Sequence[Path], options: Mapping[str, Sequence[Path | str] | None], output: Path, *, simulated: bool
+) -> str:
+    """The command line that makes the report again."""
+    given = [(name, str(value)) for name, values in options.items() for value in values or [] if str(value)]
+    words = [word for option in given for word in option]
+    flags = ["--simulated"] if simulated else []
+    return shlex.join(["damper-rig", "explain", *map(str, files), *flags, *words, "-o", str(output)])
 
 
 def in_words(report: Mapping[str, Any]) -> list[str]:
