@@ -13,7 +13,7 @@ from identification.discrepancy.explanation import Effect, Explanation, Traces, 
 from identification.discrepancy.naming import Compared
 from identification.discrepancy.shapes import shapes
 from identification.discrepancy.trials import Trial, allowance
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 from identification.report import PageData, fingerprint
 from identification.report.page_data import (
     AsGood,

@@ -17,7 +17,7 @@ from identification.discrepancy.search import search
 from identification.discrepancy.verdict import SearchResult, in_doubt, judge, uphold
 from identification.fitting.leastsquares import Fit, fit_records, predict
 from identification.motion_noise import with_motion_noise
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model
 from identification.record import Record, compact, noise_without, same_load_cell
 from rigctl.runfile import Run
