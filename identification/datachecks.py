@@ -113,16 +113,16 @@ def _skew(run: Run) -> Iterator[Finding]:
     kernel = np.ones(width) / width
     v = np.convolve(np.gradient(x), kernel, mode="same")
     f = np.convolve(force - 0.5 * (np.percentile(force, 99) + np.percentile(force, 1)), kernel, mode="same")
-    turns = _crossings(v)
-    if turns.size < 8:
+    reversals = _crossings(v)
+    if reversals.size < 8:
         return
-    span = float(np.median(np.diff(turns)))
-    reversals = _crossings(f)
-    if reversals.size < 0.8 * turns.size:
+    span = float(np.median(np.diff(reversals)))
+    of_force = _crossings(f)
+    if of_force.size < 0.8 * reversals.size:
         return
-    nearest = reversals[np.clip(np.searchsorted(reversals, turns), 1, reversals.size - 1)]
-    before = reversals[np.clip(np.searchsorted(reversals, turns) - 1, 0, reversals.size - 1)]
-    late = np.where(np.abs(nearest - turns) < np.abs(before - turns), nearest - turns, before - turns)
+    nearest = of_force[np.clip(np.searchsorted(of_force, reversals), 1, of_force.size - 1)]
+    before = of_force[np.clip(np.searchsorted(of_force, reversals) - 1, 0, of_force.size - 1)]
+    late = np.where(np.abs(nearest - reversals) < np.abs(before - reversals), nearest - reversals, before - reversals)
     typical, spread = float(np.median(late)), float(np.percentile(late, 75) - np.percentile(late, 25))
     if abs(typical) > _LATE_SAMPLES + 1.0 * spread and abs(typical) > 0.02 * span:
         word = "behind" if typical > 0 else "ahead of"
@@ -192,9 +192,9 @@ def _crossings(signal: Floats) -> Floats:
     level = 0.1 * float(np.percentile(np.abs(signal), 95))
     state = np.where(signal > level, 1, np.where(signal < -level, -1, 0))
     known = np.flatnonzero(state)
-    turned = np.flatnonzero(np.diff(state[known]))
+    changes = np.flatnonzero(np.diff(state[known]))
     times = []
-    for k in turned:
+    for k in changes:
         a, b = known[k], known[k + 1]
         stretch = signal[a : b + 1]
         inside = np.flatnonzero(np.sign(stretch[:-1]) != np.sign(stretch[1:]))

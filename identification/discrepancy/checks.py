@@ -1,4 +1,4 @@
-"""What is refused at the door of the workflow: runs that don't belong together, a model that can't run on them."""
+"""What the workflow refuses: runs that don't belong together, a model that can't run on them."""
 
 from __future__ import annotations
 
