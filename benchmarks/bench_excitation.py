@@ -16,9 +16,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.configuration import to_spec
 from excitation.coverage import coverage
 from excitation.crest import crest_factor_of, low_crest, schroeder
-from excitation.door import to_spec
 from excitation.homogenise import homogenised
 from excitation.multisine import Period, random_phase
 from excitation.multisine_spec import HomogeniseSpec, MultisineSpec

@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.machine import a_rig
-from excitation.kinds import excitation_from_config
+from excitation.kinds import Kind
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
+from excitation.synthesis import excitation_from_config
 from rigctl.iterate import Iterated, Outcome, iterate
 from rigctl.player import connect, play
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.lbfgs import minimise
-from excitation.turns import cosine_and_sine, uniform
+from excitation.portable_math import cosine_and_sine, uniform
 
 __all__ = ["crest_factor_of", "low_crest", "schroeder"]
 

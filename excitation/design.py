@@ -7,16 +7,16 @@ from dataclasses import replace
 from pathlib import Path
 
 from excitation.checks import one_of
-from excitation.door import read_config, to_config, to_spec
+from excitation.configuration import read_config, to_config, to_spec
 from excitation.envelope import Envelope, check, check_plan, read_envelope, scale_to_fit
 from excitation.errors import DesignError, EnvelopeError
 from excitation.files import read_excitation, read_plan
 from excitation.harmonic_plan import harmonic_plan
-from excitation.kinds import excitation_from_config
 from excitation.plan import Test, TestPlan, config_of, plan_from_config
 from excitation.plan_files import holds_a_plan
 from excitation.prediction import ForceModel
 from excitation.signal import JSON, Excitation
+from excitation.synthesis import excitation_from_config
 
 __all__ = ["COMMANDS", "design", "design_file", "envelope_of", "remake", "remake_file", "within_envelope"]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from excitation.coverage import coverage
 from excitation.lbfgs import minimise
-from excitation.turns import cosine_and_sine
+from excitation.portable_math import cosine_and_sine
 
 if TYPE_CHECKING:
     from excitation.periodic import Multitone
@@ -53,6 +53,7 @@ def optimise_phases(
     soft: Sequence[Soft],
     grid: Sequence[int],
     iterations: int | None,
+    threads: int | None = None,
 ) -> tuple[NDArray[np.float64], ...]:
     """Phases in turns, (K,) for each multitone, that spread the samples evenly over the box of the axes.
 
@@ -60,13 +61,14 @@ def optimise_phases(
     below ~1.5 cells, plus what lies outside the box. All c vanish for the uniform distribution (Parseval: Σ'
     2^d c² is the squared relative deviation of the density that the coverage index counts in cells). The
     gradient runs back through one DFT for each axis. Keeps the phases with the best coverage index seen.
+    The result does not depend on the number of ``threads``; None: as many as the machine offers.
     """
     modes = _modes(grid)
     limit = iterations or (500 if _coupled(axes) or modes > 16 else 200)
     phases = np.concatenate([t.phase_turns for t in tones])
     best, used = (np.inf, phases), 0
     for every in _thinning(tones):
-        problem = _Problem(tones, axes, soft, modes, every)
+        problem = _Problem(tones, axes, soft, modes, every, threads)
         seen = _Best(problem, grid)
         found = minimise(
             problem.value_and_gradient,
@@ -134,12 +136,13 @@ class _Problem:
         soft: Sequence[Soft],
         modes: int,
         every: int,
+        threads: int | None = None,
     ) -> None:
         self.samples = tones[0].period_samples // every
         self.lines = [t.lines for t in tones]
         self.axes, self.soft, self.modes = list(axes), list(soft), modes
         self.weight = _weight(modes, len(axes))
-        self.last_value = np.inf
+        self.last_value, self.threads = np.inf, threads
         self.outside = _OUTSIDE_COUPLED if _coupled(axes) else _OUTSIDE
         ends = np.cumsum([line.size for line in self.lines])
         self.parts = [slice(int(e) - line.size, int(e)) for e, line in zip(ends, self.lines, strict=True)]
@@ -197,7 +200,7 @@ class _Problem:
         """Any: what the compiled function returns. Threads only where there is more than one chunk."""
         if len(chunks) == 1:
             return [work(chunks[0])]
-        with ThreadPoolExecutor() as pool:
+        with ThreadPoolExecutor(self.threads) as pool:
             return list(pool.map(work, chunks))
 
     def _uniformity(self, signals: list[NDArray[np.float64]]) -> tuple[float, list[NDArray[np.float64]]]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.coverage import coverage
-from excitation.turns import cosine_and_sine, turns_of, uniform
+from excitation.portable_math import angle_turns, cosine_and_sine, uniform
 
 if TYPE_CHECKING:
     from excitation.direct import Axis
@@ -63,7 +63,7 @@ def duym(
             continue
         for axis in axes:
             phasors[axis.tones] = _round(axis, phasors[axis.tones], lines[axis.tones], equidistant)
-    return tuple(turns_of(p.real, p.imag) for p in best)
+    return tuple(angle_turns(p.real, p.imag) for p in best)
 
 
 def _round(

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from excitation.errors import DesignError, EnvelopeError
-from excitation.kinds import excitation_from_config
 from excitation.plan import Test, TestPlan
 from excitation.prediction import ForceModel, Prediction, predict
 from excitation.rig import Envelope, read_envelope
 from excitation.signal import JSON, Excitation
+from excitation.synthesis import excitation_from_config
 
 __all__ = [
     "Envelope",

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.checks import above, at_least, within
-from excitation.door import STRICT, to_config
+from excitation.configuration import STRICT, to_config
 from excitation.errors import DesignError
-from excitation.signal import JSON, Excitation, Kind
-from excitation.turns import cosine_and_sine, uniform
+from excitation.kinds import Kind
+from excitation.portable_math import cosine_and_sine, uniform
+from excitation.signal import JSON, Excitation
 
 __all__ = ["SineSpec", "StepsSpec", "TriangleSpec", "sine", "steps", "triangle"]
 

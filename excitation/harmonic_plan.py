@@ -9,13 +9,13 @@ from itertools import islice, product
 
 import numpy as np
 
-from excitation.door import to_spec
+from excitation.configuration import to_spec
 from excitation.envelope import check, check_plan, scale_to_fit
 from excitation.errors import DesignError
 from excitation.harmonic_plan_spec import HarmonicPlanSpec, OrderSpec, SeriesSpec, SplitSpec, values_of
 from excitation.plan import Test, TestPlan, test_from_config
+from excitation.portable_math import uniform
 from excitation.signal import JSON
-from excitation.turns import uniform
 
 __all__ = ["harmonic_plan"]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
 from excitation.checks import above, at_least, within
-from excitation.door import STRICT
+from excitation.configuration import STRICT
 from excitation.errors import DesignError
 from excitation.rig import Envelope
 

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.errors import DesignError, ExcitationFileError
-from excitation.signal import JSON, Excitation, Kind
+from excitation.kinds import Kind
+from excitation.signal import JSON, Excitation
 
 __all__ = ["FORMAT", "get_excitation", "put_excitation", "read_hdf5", "write_hdf5"]
 

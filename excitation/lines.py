@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.errors import DesignError
-from excitation.turns import uniform
+from excitation.portable_math import uniform
 
 __all__ = ["Lines", "band_lines", "excited_lines"]
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.kinds import Kind
 from excitation.periodic import derivative
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 
 __all__ = ["BAND_LIMITED", "Motion", "motion"]
 

@@ -9,16 +9,17 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.configuration import to_config
 from excitation.coverage import Coverage, coverage
 from excitation.crest import low_crest, schroeder
-from excitation.door import to_config
 from excitation.errors import DesignError
+from excitation.kinds import Kind
 from excitation.lines import band_lines, excited_lines
 from excitation.multisine_spec import CurrentSpec, DisplacementSpec, MultisineSpec, Variable
 from excitation.periodic import Multitone
-from excitation.signal import JSON, Excitation, Kind
+from excitation.portable_math import uniform
+from excitation.signal import JSON, Excitation
 from excitation.spectra import RecordSpectrum, TableSpectrum, control, quarter_car, road, table
-from excitation.turns import uniform
 
 __all__ = [
     "Limit",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
 from excitation.checks import above, at_least, one_of, within
-from excitation.door import STRICT
+from excitation.configuration import STRICT
 from excitation.errors import DesignError
 from excitation.lines import Lines
 from excitation.spectra import QuarterCar, RecordSpectrum, Road, TableSpectrum

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from excitation.door import STRICT, to_spec
+from excitation.configuration import STRICT, to_spec
 from excitation.errors import DesignError
-from excitation.kinds import excitation_from_config
 from excitation.signal import JSON, Excitation
+from excitation.synthesis import excitation_from_config
 
 __all__ = ["Test", "TestPlan", "config_of", "plan_from_config", "test_from_config"]
 

@@ -14,12 +14,12 @@ from plotly.subplots import make_subplots
 from excitation.atomic import written_whole
 from excitation.coverage import coverage, cumulative_distribution
 from excitation.envelope import temperatures
-from excitation.kinds import excitation_from_config
 from excitation.motion import Motion, motion
 from excitation.plan import TestPlan
 from excitation.prediction import ForceModel, predict, specimen_force
 from excitation.rig import Envelope, MotionLimits
 from excitation.signal import Excitation
+from excitation.synthesis import excitation_from_config
 
 __all__ = [
     "coverage_map",

@@ -9,9 +9,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.kinds import Kind
 from excitation.motion import BAND_LIMITED, Motion, motion
 from excitation.rig import Envelope, Hydraulics, Specimen
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 
 __all__ = ["ForceModel", "Prediction", "predict", "specimen_force"]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from excitation.checks import above, at_least
-from excitation.door import STRICT, key_of, read_config, to_spec
+from excitation.configuration import STRICT, key_of, read_config, to_spec
 from excitation.errors import DesignError
 
 __all__ = [

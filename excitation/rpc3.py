@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.errors import ExcitationFileError
-from excitation.signal import Excitation, Kind
+from excitation.kinds import Kind
+from excitation.signal import Excitation
 
 __all__ = ["Channel", "TimeHistory", "read_drive", "read_rpc3", "write_drive", "write_response", "write_rpc3"]
 

@@ -4,29 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from excitation.errors import DesignError
+from excitation.kinds import Kind
 
-__all__ = ["JSON", "Excitation", "Kind"]
+__all__ = ["JSON", "Excitation"]
 
 JSON: TypeAlias = "bool | int | float | str | Sequence[JSON] | Mapping[str, JSON] | None"
-
-
-class Kind(StrEnum):
-    """What an excitation is: the values of `excitation_kind` in run and excitation files."""
-
-    MULTISINE = "multisine"
-    SINE = "sine"
-    TRIANGLE = "triangle"
-    STEPS = "steps"
-    SWEEP = "sweep"
-    ROAD = "road"
-    CUSTOM = "custom"
 
 
 def _frozen(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:

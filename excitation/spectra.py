@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.checks import above, at_least
-from excitation.door import STRICT
+from excitation.configuration import STRICT
 from excitation.errors import DesignError
 
 __all__ = ["QuarterCar", "RecordSpectrum", "Road", "TableSpectrum", "control", "quarter_car", "road", "table"]

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from excitation.errors import ExcitationFileError
-from excitation.signal import JSON, Excitation, Kind
+from excitation.kinds import Kind
+from excitation.signal import JSON, Excitation
 
 __all__ = ["read_csv", "write_csv"]
 

@@ -15,13 +15,13 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.kinds import Kind
 from rigctl.durable import replacing
 from rigctl.errors import RunFileError
 
 FORMAT = "damper-rig/run"
 FORMAT_VERSION = 1
 STATUSES = ("complete", "aborted", "truncated")
-KINDS = ("multisine", "sine", "triangle", "steps", "sweep", "road", "custom")
 EVENT_BYTES = 240
 
 # The unit that the contract gives a channel; any other channel may carry any of UNITS.
@@ -118,8 +118,8 @@ def _check_header(run: Run) -> None:
         raise RunFileError(f"sample_rate is {run.sample_rate_hz}: it must be positive and finite, Hz")
     if run.period_samples < 0:
         raise RunFileError(f"period_samples is {run.period_samples}: it must be 0 (not periodic) or more")
-    if run.excitation_kind not in KINDS:
-        raise RunFileError(f"excitation_kind is {run.excitation_kind!r}: it must be one of {', '.join(KINDS)}")
+    if run.excitation_kind not in tuple(Kind):
+        raise RunFileError(f"excitation_kind is {run.excitation_kind!r}: it must be one of {', '.join(Kind)}")
     if run.status not in STATUSES:
         raise RunFileError(f"status is {run.status!r}: it must be one of {', '.join(STATUSES)}")
     if not run.channels:

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 import excitation
 from excitation import DesignError, EnvelopeError, Excitation, ExcitationError, Kind, Test, TestPlan
+from excitation.configuration import to_spec
 from excitation.design import design, design_file, remake, remake_file
-from excitation.door import to_spec
 from excitation.envelope import Envelope, check, check_plan, excesses, read_envelope, scale_to_fit, temperatures
 from excitation.files import read_plan, write_plan
 from excitation.harmonic_plan import harmonic_plan

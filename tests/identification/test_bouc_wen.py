@@ -15,8 +15,8 @@ from identification.physical.memory import PARTIALS, _bouc_wen, fading
 from identification.physical.model import Element, Model, element
 from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
-from tests.identification.test_gradients import extrapolated, freed
-from tests.identification.test_solver import DT, N, T, motion
+from tests.identification.gradients import extrapolated, freed
+from tests.identification.motions import DT, N, T, motion
 
 Floats = NDArray[np.float64]
 

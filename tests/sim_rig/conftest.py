@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from excitation.kinds import Kind
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 from sim_rig.faults import Faults, fault_order
 from sim_rig.faulty_plant import FaultyPlant
 from sim_rig.fifo import FIFO_SAMPLES

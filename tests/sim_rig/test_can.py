@@ -13,8 +13,9 @@ import can
 import numpy as np
 import pytest
 
+from excitation.kinds import Kind
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 from rigctl import can_frames as frames
 from rigctl import sdo
 from rigctl.address import CanAddress, can_address, connect, open_bus

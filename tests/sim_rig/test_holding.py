@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from excitation.kinds import Kind
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 from rigctl.device import Fault, RigState
 from rigctl.errors import GateError, InterlockTripped, LimitError, RigFault, TooCold, TransportError
 from rigctl.interlocks import Interlock, Rest, Watch, interlock

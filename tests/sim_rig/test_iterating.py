@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from excitation.files import read_excitation
-from excitation.kinds import excitation_from_config
+from excitation.kinds import Kind
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
+from excitation.synthesis import excitation_from_config
 from rigctl.drive import IterationSettings
 from rigctl.errors import IterationError, LimitError
 from rigctl.iterate import Iterated, Outcome, Step, iterate, write_drive

@@ -25,7 +25,8 @@ from pathlib import Path
 from contextlib import closing
 import numpy as np
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.kinds import Kind
+from excitation.signal import Excitation
 from rigctl.player import PlayerSettings, connect, play
 time = np.arange(60_000) / 1000
 excitation = Excitation(kind=Kind.SINE, sample_rate_hz=1000.0, period_samples=500,

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from excitation.kinds import Kind
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 from rigctl import can_frames as frames
 from rigctl.device import Control, RigState
 from rigctl.errors import RigFault
@@ -23,7 +24,7 @@ from rigctl.progress import Phase, Progress
 from rigctl.runfile import read_run
 from sim_rig.can_server import CanDevice
 from sim_rig.direct import DirectTransport
-from tests.sim_rig.virtual import WIRES, LivingClock, wire_to
+from tests.sim_rig.virtual import WIRES, Killable, Killed, LivingClock, wire_to
 
 QUICK = PlayerSettings(ramp_s=0.1)
 
@@ -137,18 +138,19 @@ class Elsewhere:
 
 
 def test_a_host_that_died_is_no_other_host(
-    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
 ) -> None:
     b = bench(speed=1.0)
     wire = DirectTransport(b.rig, b.clock)
+    host = Killable(wire)
 
     def die(progress: Progress) -> None:
         if progress.samples > 500:
-            raise SystemExit
+            host.killed = True
+            raise Killed
 
-    monkeypatch.setattr("rigctl.player._Player._end", lambda self, axis, error: (_ for _ in ()).throw(error))
-    with pytest.raises(SystemExit):
-        play(wire, a_sine(9000), tmp_path / "dead", clock=b.clock, settings=QUICK, on_progress=die)
+    with pytest.raises(Killed):
+        play(host, a_sine(9000), tmp_path / "dead", clock=b.clock, settings=QUICK, on_progress=die)
     assert b.rig.controller.state is RigState.ACTIVE
     run = read_run(play(wire, a_sine(300), tmp_path, clock=LivingClock(b.rig, b.clock), settings=QUICK))
     assert run.status == "complete"

@@ -25,6 +25,23 @@ WIRES = ("direct", "modbus", "can", "can_fd")
 STEP_S = 0.001
 
 
+class Killed(BaseException):
+    """The process of the host is gone: nothing of it runs any more."""
+
+
+class Killable:
+    """The transport of a host that can be killed: once ``killed`` is set, no call reaches the rig."""
+
+    def __init__(self, inner: Transport) -> None:
+        self._inner, self.killed = inner, False
+
+    def __getattr__(self, name: str) -> Any:
+        """Whatever the transport has. Any: a call or a property."""
+        if self.killed:
+            raise Killed
+        return getattr(self._inner, name)
+
+
 class LivingClock:
     """A clock on which the rig goes on while its host waits."""
 
@@ -76,7 +93,7 @@ class NullModem(ModbusTcpClient):
             self._clock.sleep(STEP_S)
             self._rig.tick()
             for request in self._requests.take():
-                answer = self._serve(request)
+                answer = self.serve(request)
                 if answer:
                     self._answers.put(answer)
             arrived = b"".join(self._answers.take())
@@ -84,7 +101,7 @@ class NullModem(ModbusTcpClient):
                 return arrived
         return b""
 
-    def _serve(self, request: bytes) -> bytes:
+    def serve(self, request: bytes) -> bytes:
         framer = FramerSocket(self._decoder)
         _, pdu = framer.handleFrame(request, 0, 0)
         if pdu is None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["cosine_and_sine", "turns_of", "uniform"]
+__all__ = ["angle_turns", "cosine_and_sine", "uniform"]
 
 # Minimax polynomials on [-π/4, π/4], error below 1 ulp: Cody & Waite 1980 in the form of fdlibm (Sun, 1993).
 _SINE = (
@@ -67,7 +67,7 @@ def _polynomial(coefficients: tuple[float, ...], x: NDArray[np.float64]) -> NDAr
     return value
 
 
-def turns_of(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+def angle_turns(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
     """The angle of each (x, y) in turns, in [-1/2, 1/2], any shape; the inverse of ``cosine_and_sine``."""
     wide, high = np.abs(x), np.abs(y)
     ratio = np.minimum(wide, high) / np.maximum(np.maximum(wide, high), 1e-300)
