@@ -1,5 +1,4 @@
-"""From a configuration (TOML, JSON) to the frozen dataclass it describes, or one line that says what is
-wrong.
+"""Turns a configuration (TOML, JSON) into the frozen dataclass that it describes, or into a one-line error.
 
 The keys of a configuration are the field names without their unit suffix: ``sample_rate_hz`` reads
 ``sample_rate``.
@@ -98,8 +97,8 @@ def to_spec(kind: type[Spec], config: Mapping[str, JSON], where: str = "") -> Sp
 
 
 def to_config(spec: Any) -> dict[str, JSON]:
-    """The configuration that makes ``spec`` again, defaults written out. Any: whatever dataclass passed the
-    door.
+    """The configuration that makes ``spec`` again, defaults written out. Any: a dataclass of any
+    specification.
     """
     adapter = _adapter(type(spec))  # type: ignore[arg-type]  # classes hash
     config = adapter.dump_python(spec, by_alias=True, mode="json", exclude_none=True)
@@ -108,14 +107,14 @@ def to_config(spec: Any) -> dict[str, JSON]:
 
 @cache
 def _adapter(kind: Any) -> TypeAdapter[Any]:
-    # Any: the cache forgets which class belongs to which adapter; the callers say it
-    from pydantic import TypeAdapter  # 0.15 s: only at the door
+    # Any: functools.cache loses the type; the callers state it
+    from pydantic import TypeAdapter  # 0.15 s to import: only where a configuration is read
 
     return TypeAdapter(kind)
 
 
 def _one_line(errors: Sequence[ErrorDetails], kind: type, where: str) -> str:
-    worst = _of_the_meant_branch(errors)
+    worst = _error_of_likeliest_branch(errors)
     path = [part for part in worst["loc"] if not _is_branch(part)]
     place = ".".join(str(part) for part in path)
     inside = f"{where}: " if where else ""
@@ -133,9 +132,9 @@ def _one_line(errors: Sequence[ErrorDetails], kind: type, where: str) -> str:
             return f"{inside}{place} is {value}: {worst['msg'].replace('Input should', 'it must', 1)}"
 
 
-def _of_the_meant_branch(errors: Sequence[ErrorDetails]) -> ErrorDetails:
-    """Of a union pydantic reports every branch: meant is the branch of the value's own shape with fewest
-    errors.
+def _error_of_likeliest_branch(errors: Sequence[ErrorDetails]) -> ErrorDetails:
+    """The error to report: pydantic reports every branch of a union, of which the one with the fewest errors and
+    the same shape as the value is taken as the one that was meant.
     """
     shaped = [e for e in errors if e["type"] not in _WRONG_BRANCH.get(type(e["input"]), ())] or list(errors)
     counts = Counter(_branch(e) for e in shaped if _branch(e))
@@ -145,7 +144,7 @@ def _of_the_meant_branch(errors: Sequence[ErrorDetails]) -> ErrorDetails:
 
 
 _SCALARS = ("string_type", "float_type", "int_type", "literal_error")
-_WRONG_BRANCH: Mapping[type, tuple[str, ...]] = {  # what a value of that type was not meant to be
+_WRONG_BRANCH: Mapping[type, tuple[str, ...]] = {  # errors of branches that a value of this type cannot have meant
     dict: (*_SCALARS, "tuple_type"),
     list: (*_SCALARS, "dataclass_type"),
     str: ("dataclass_type", "tuple_type"),
@@ -159,7 +158,7 @@ def _branch(error: ErrorDetails) -> str:
 
 
 def _is_branch(part: object) -> bool:
-    """Names of classes and types that pydantic puts between the keys."""
+    """Whether a part of an error's location is a class or type that pydantic inserts between the keys."""
     return isinstance(part, str) and (part[:1].isupper() or "[" in part or part in {"str", "float", "int"})
 
 
@@ -170,8 +169,8 @@ def _known_keys(kind: type, path: Sequence[int | str]) -> str:
 
 
 def _type_below(kind: type, step: int | str) -> type:
-    """The dataclass in the field ``step`` of ``kind``; of a union the first until the branch's own name
-    follows.
+    """The dataclass in the field ``step`` of ``kind``; of a union its first one, until a later step names the
+    branch.
     """
     if isinstance(step, int) or not is_dataclass(kind):
         return kind

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation.checks import within
+from excitation.checks import check_within
 from excitation.errors import DesignError
 
 __all__ = ["Coverage", "coverage", "cumulative_distribution"]
@@ -48,7 +48,7 @@ def coverage(variables: Sequence[NDArray[np.float64]], grid: Sequence[int]) -> C
     if len(variables) != len(grid) or not 1 <= len(grid) <= 3:
         raise DesignError(f"grid is {list(grid)}: it needs one number of cells for each of {len(variables)} variables")
     for cells in grid:
-        within("grid", cells, 2, 100_000)
+        check_within("grid", cells, 2, 100_000)
     index = np.zeros(variables[0].size, dtype=np.int64)
     edges = []
     for values, cells in zip(variables, grid, strict=True):

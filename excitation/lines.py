@@ -1,4 +1,4 @@
-"""Which DFT lines of a period are excited, and which are left silent to detect nonlinearity."""
+"""Which DFT lines of a period are excited, and which are left out to detect nonlinearity."""
 
 from __future__ import annotations
 

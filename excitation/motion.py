@@ -29,7 +29,7 @@ class Motion:
 def motion(excitation: Excitation) -> Motion:
     """Displacement with its derivatives.
 
-    Exact by DFT where the signal is band-limited and closes on itself (multisines, sines, steps under a
+    Exact by DFT where the signal is band-limited and is periodic (multisines, sines, steps under a
     sine); differences between samples where it is not (triangles, foreign signals).
     """
     played = excitation.period_samples or excitation.samples

@@ -33,7 +33,7 @@ __all__ = [
     "write_plots",
 ]
 
-_MOST_POINTS = 20_000  # of one trace: beyond, a browser stumbles and an eye sees nothing more
+_MOST_POINTS = 20_000  # of one trace: more slow a browser down and show nothing more
 _MM, _MM_S = 1e3, 1e3
 _UNLIMITED = Envelope(motion=MotionLimits(max_displacement_m=1e9, max_velocity_m_s=1e9))
 
@@ -205,7 +205,7 @@ def service_chart(excitation: Excitation) -> go.Figure:
 def force_velocity_reach(
     moved: Motion, envelope: Envelope | None = None, force_model: ForceModel | None = None
 ) -> go.Figure:
-    """Predicted force over velocity: where in the rig's force and speed the test works."""
+    """Predicted force over velocity, within the rig's force and speed."""
     force = specimen_force(moved, None if envelope is None else envelope.specimen, force_model)
     figure = go.Figure()
     if force is not None:

@@ -20,7 +20,7 @@ JSON: TypeAlias = "bool | int | float | str | Sequence[JSON] | Mapping[str, JSON
 def _frozen(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
     array = np.array(values, dtype=np.float64, order="C")
     if array.ndim != 1 or array.size == 0:
-        raise DesignError(f"{name} has shape {array.shape}: it must be a non-empty row of samples")
+        raise DesignError(f"{name} has shape {array.shape}: it must be a 1-D array with at least one sample")
     if not np.isfinite(array).all():
         first = int(np.flatnonzero(~np.isfinite(array))[0])
         raise DesignError(f"{name}: sample {first} is {array[first]}: every sample must be a finite number")

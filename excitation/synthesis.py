@@ -1,11 +1,11 @@
-"""From the configuration of one excitation, its `kind` among the keys, to its samples."""
+"""Makes the samples of an excitation from its configuration, in which `kind` names the generator."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
 
-from excitation.checks import one_of
+from excitation.checks import check_one_of
 from excitation.configuration import to_spec
 from excitation.errors import DesignError
 from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec, sine, steps, triangle
@@ -27,7 +27,7 @@ def excitation_from_config(config: Mapping[str, JSON], where: str = "") -> Excit
     kind = config.get("kind")
     parameters = {key: value for key, value in config.items() if key != "kind"}
     try:
-        one_of("kind", kind, DESIGNED)
+        check_one_of("kind", kind, DESIGNED)
         return _make(str(kind), parameters)
     except DesignError as error:
         raise DesignError(f"{where}: {error}" if where else str(error)) from error

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from benchmarks.hidden import KINDS, Case, case, write_case
 from benchmarks.hidden.case import drawn
-from benchmarks.hidden.effects import ALIKE, EFFECTS, compatible
+from benchmarks.hidden.effects import EFFECTS, HARD_TO_TELL_APART, compatible
 from benchmarks.hidden.families import FAMILIES
 from benchmarks.hidden.layout import PARAMETERS, PATH_OF, UNKNOWNS, slot
 from benchmarks.hidden.motion import RATE_HZ, campaign, fine_motion
@@ -170,7 +170,7 @@ def test_every_element_comes_first_once_in_each_round_of_seeds() -> None:
 
 
 def test_names_that_nature_cannot_tell_apart_are_never_hidden_together() -> None:
-    for group in ALIKE:
+    for group in HARD_TO_TELL_APART:
         for name in group:
             assert not any(compatible((name, other)) for other in group)
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from excitation.coverage import coverage
-from excitation.direct import Axis, Soft, _Problem, optimise_phases
+from excitation.direct import Axis, SoftLimit, _Problem, optimise_phases
 from excitation.homogenise import homogenised
 from excitation.lbfgs import minimise
 from excitation.multisine import Period, as_excitation, random_phase
@@ -100,10 +100,10 @@ def test_the_binding_limit_is_named_and_reached() -> None:
     assert reached["displacement"]["reached"] < 0.06
 
 
-def axes_of(tones: list[Multitone]) -> tuple[list[Axis], list[Soft]]:
+def axes_of(tones: list[Multitone]) -> tuple[list[Axis], list[SoftLimit]]:
     unit = [t.amplitude * np.sqrt(2 / 3 / np.sum(t.amplitude**2)) for t in tones]
     axes = [Axis(tones=0, amplitude=unit[0], offset_turns=0.25), Axis(tones=1, amplitude=unit[1], offset_turns=0.0)]
-    soft = [Soft(axis=Axis(tones=0, amplitude=unit[0], offset_turns=0.0), limit=0.4, weight=2.0)]
+    soft = [SoftLimit(axis=Axis(tones=0, amplitude=unit[0], offset_turns=0.0), limit=0.4, weight=2.0)]
     return axes, soft
 
 

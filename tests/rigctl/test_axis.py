@@ -1,4 +1,4 @@
-"""A heartbeat that stands still is noticed; one that a busy computer holds back is not taken for it."""
+"""A heartbeat that has stopped is noticed; answers that a busy computer delays are not taken for it."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_a_heartbeat_that_stands_still_in_every_answer_is_an_error() -> None:
             clock.sleep(0.005)
 
     ask_for(0.7)
-    with pytest.raises(TransportError, match="heartbeat stands still"):
+    with pytest.raises(TransportError, match="heartbeat has stopped"):
         ask_for(0.8)
 
 

@@ -300,10 +300,10 @@ def test_a_fault_and_its_end_are_told_in_an_emergency_frame(bench: Callable[...,
     device, go_on = device_of(b)
     assert device is not None
     assert not [data for number, data in go_on() if number == frames.EMERGENCY]
-    b.rig.controller.stand(Fault.EMERGENCY_STOP, True)
+    b.rig.controller.set_cause(Fault.EMERGENCY_STOP, True)
     [told] = [data for number, data in go_on() if number == frames.EMERGENCY]
     assert told[:2] == (0x9000).to_bytes(2, "little")
-    b.rig.controller.stand(Fault.EMERGENCY_STOP, False)
+    b.rig.controller.set_cause(Fault.EMERGENCY_STOP, False)
     b.rig.command(Control.DISABLE | Control.RESET, 1, 8)
     [over] = [data for number, data in go_on() if number == frames.EMERGENCY]
     assert over[:4] == bytes(4)

@@ -185,10 +185,10 @@ def test_a_hydraulic_interlock_takes_the_pressure_at_once_and_stays_until_its_ca
     b = bench(speed=1.0)
     start(b, a_motion(4000))
     go_on(b, 0.3)
-    b.rig.controller.stand(fault, True)
+    b.rig.controller.set_cause(fault, True)
     assert b.rig.controller.state is RigState.FAULT_DISABLED
     for present, state in ((True, RigState.FAULT_DISABLED), (False, RigState.DISABLED)):
-        b.rig.controller.stand(fault, present)
+        b.rig.controller.set_cause(fault, present)
         b.rig.command(Control.DISABLE | Control.RESET, RUN, 7)
         b.rig.command(Control.DISABLE, RUN, 8)
         assert b.rig.controller.state is state

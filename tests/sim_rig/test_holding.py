@@ -17,7 +17,7 @@ from excitation.plan import Test
 from excitation.signal import Excitation
 from rigctl.device import Fault, RigState
 from rigctl.errors import GateError, InterlockTripped, LimitError, RigFault, TooCold, TransportError
-from rigctl.interlocks import Interlock, Rest, Watch, interlock
+from rigctl.interlocks import HoldWatch, Interlock, InterlockWatch, interlock
 from rigctl.player import PlayerSettings, play
 from rigctl.progress import Phase, Progress
 from rigctl.runfile import Run, read_run
@@ -116,7 +116,7 @@ def test_a_test_that_holds_can_be_stopped_and_a_fault_in_hold_is_told(
     def press(progress: Progress) -> None:
         seen.append(progress.phase)
         if progress.phase is Phase.HOLD:
-            b.rig.controller.stand(Fault.EMERGENCY_STOP, True)
+            b.rig.controller.set_cause(Fault.EMERGENCY_STOP, True)
 
     with pytest.raises(RigFault, match="emergency stop") as caught:
         play_on(b, a_record(), tmp_path, should_hold=lambda: len(seen) > 4, on_progress=press)
@@ -198,18 +198,18 @@ def test_an_interlock_on_the_temperature_holds_until_the_damper_has_cooled(
 def test_a_hold_is_over_when_the_value_has_been_well_inside_for_long_enough() -> None:
     one = interlock("temperature:-20:80:hold")
     assert (one.inside_by, one.release_s) == (2.0, 1.0)
-    rest = Rest(one, (one,), 1000.0)
+    rest = HoldWatch(one, (one,), 1000.0)
     temperature = [81.0, *np.tile([79.9, 80.1], 40), 79.0, *[77.9] * 5, 78.5, *[77.5] * 12, 90.0]
     over = [rest.over(np.array([[0, 0, 0, degc, 0]]), 100 * k) for k, degc in enumerate(temperature)]
     assert over.index(True) == len(temperature) - 3, "ten looks, of 0.1 s, after the last one that was not well inside"
     assert not over[-1]
-    chatters = Rest(interlock("temperature:-20:80:hold:0:0:0"), (), 1000.0)
+    chatters = HoldWatch(interlock("temperature:-20:80:hold:0:0:0"), (), 1000.0)
     assert [chatters.over(np.array([[0, 0, 0, degc, 0]]), k) for k, degc in enumerate((80.1, 79.9))] == [False, True]
 
 
 def test_an_interlock_that_stops_ends_a_test_that_holds_as_well() -> None:
     stop = interlock("pressure:5e6:inf:stop:0.2")
-    rest = Rest(None, (stop, interlock("force:-1:1:hold")), 1000.0)
+    rest = HoldWatch(None, (stop, interlock("force:-1:1:hold")), 1000.0)
     low, high = np.array([[9, 0, 0, 0, 1e6]]), np.array([[9, 0, 0, 0, 2e7]])
     seen = [rest.stops(row, 100 * k) for k, row in enumerate([high, low, low, high, low, low, low])]
     assert seen == [None] * 6 + [stop]
@@ -234,7 +234,7 @@ def test_an_interlock_that_is_outside_again_after_a_hold_trips_again(bench: Call
 
 
 def test_an_interlock_trips_once_for_each_time_that_it_is_left_for_its_delay() -> None:
-    watch = Watch([interlock("force:-10:10:indicate:0.003")], 1000.0)
+    watch = InterlockWatch([interlock("force:-10:10:indicate:0.003")], 1000.0)
     force = np.zeros(40)
     force[5:7] = 20  # too short
     force[10:20] = 20
@@ -253,7 +253,7 @@ def test_an_interlock_trips_once_for_each_time_that_it_is_left_for_its_delay() -
         ("force:0:1:explode", "ACTION one of"),
         ("force", "CHANNEL:LOW:HIGH:ACTION"),
         ("force:0:1:stop:-1", "the delay is -1"),
-        ("force:0:1:hold:0:0.5", "the margin is 0.5, it must lie below half the room of 1"),
+        ("force:0:1:hold:0:0.5", "the margin is 0.5, it must lie below half the range of 1"),
         ("force:0:1:hold:0:0.1:-2", "the release is -2"),
         ("force:0:1:hold:0:0.1:1:1", "CHANNEL:LOW:HIGH:ACTION"),
     ],

@@ -19,7 +19,7 @@ from rigctl import can_frames as frames
 from rigctl.device import Control, RigState
 from rigctl.errors import RigFault
 from rigctl.player import PlayerSettings, play
-from rigctl.priority import ahead, behind
+from rigctl.priority import drop_priority, real_time_priority
 from rigctl.progress import Phase, Progress
 from rigctl.runfile import read_run
 from sim_rig.can_server import CanDevice
@@ -76,9 +76,9 @@ def test_a_rig_with_a_small_fifo_gets_blocks_that_fit_it(
 
 def test_a_thread_that_is_ahead_is_ordinary_again_afterwards_and_so_are_those_it_began() -> None:
     before, inside = _policy(), list[int]()
-    with ahead() as permitted:
+    with real_time_priority() as permitted:
         during = _policy()
-        thread = threading.Thread(target=lambda: (behind(), inside.append(_policy())))
+        thread = threading.Thread(target=lambda: (drop_priority(), inside.append(_policy())))
         thread.start()
         thread.join()
     assert inside == [before]

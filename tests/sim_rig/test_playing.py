@@ -318,7 +318,7 @@ def test_an_emergency_stop_that_is_still_pressed_keeps_the_rig_off(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
 ) -> None:
     b = bench(speed=1.0)
-    b.rig.controller.stand(Fault.EMERGENCY_STOP, True)
+    b.rig.controller.set_cause(Fault.EMERGENCY_STOP, True)
     with pytest.raises(RigFault, match="emergency stop"):
         play_on(b, a_sine(), tmp_path)
     assert b.rig.controller.state is RigState.FAULT_DISABLED
@@ -380,7 +380,7 @@ def test_a_rig_whose_clock_stands_still_is_noticed(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
 ) -> None:
     b = bench(speed=1.0)
-    b.rig._go_on = lambda: None
+    b.rig._advance = lambda: None
     with suppress(StopFailed), pytest.raises(TransportError):
         play_on(b, a_sine(), tmp_path)
     assert b.clock.now() < 30.0

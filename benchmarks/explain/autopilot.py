@@ -1,10 +1,10 @@
-"""Rig time of the autopilot beside that of a fixed plan: `python -m benchmarks.explain.flights -o DIR`.
+"""Rig time of the autopilot compared with that of a fixed plan: `python -m benchmarks.explain.autopilot -o DIR`.
 
 Both begin with the same first run, a multisine of the machine's whole envelope. The fixed plan goes on with the other
-runs of the campaign that every case has, 16 to 20 s each, in their order. Each ends by the autopilot's own rule: every
-name is sure, and they explain the gap or stayed the same through one more test. What counts is the motion after the
-first run, and whether the names are right. Outcomes are appended to DIR/flights.jsonl as they come; what is there
-already is not flown again.
+runs of the campaign that every case has, 16 to 20 s each, in their order. Each ends by the autopilot's rule: every
+name is sure, and the names explain the gap or did not change with one more test. Compared are the time of motion after
+the first run, and whether the names are right. Outcomes are appended to DIR/autopilot.jsonl as they come; what is there
+already is not run again.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from identification.physical.modelfile import model_from_json
 from rigctl.runfile import Run
 
 BUDGET_S = 150.0
-FIRST = 1  # of the training runs: the one that fills the envelope
+FIRST = 1  # training runs at the start: the multisine over the whole envelope
 
 
-def flown(kind: str, seed: int) -> Outcome:
-    """Both ways through one specimen."""
+def both_ways(kind: str, seed: int) -> Outcome:
+    """What the autopilot and the fixed plan find on one specimen."""
     one = bench(seed, kind)
     return {
         "kind": kind, "seed": seed, "true": sorted(one.case.effects), "family": one.case.detail["family"],
@@ -71,23 +71,23 @@ def _told(found: Explanation, before: Explanation | None, seconds: float) -> Out
     return {"verdict": str(found.verdict), "names": names, "seconds": seconds, "sure": settled(found, before)}
 
 
-def won(way: Outcome, true: Sequence[str]) -> bool:
-    """Whether it ended sure, and right."""
+def is_sure_and_right(way: Outcome, true: Sequence[str]) -> bool:
+    """Whether every name was sure at the end, and all of them right."""
     return bool(way["sure"]) and sorted(way["names"]) == list(true)
 
 
 def summary(outcomes: Sequence[Outcome]) -> str:
-    """How often each way ends sure and right, and the rig time of both where both do."""
+    """How often each way ends with names that are sure and right, and the rig time where both ways do."""
     lines = []
     for way in ("autopilot", "plan"):
-        ends = [won(o[way], o["true"]) for o in outcomes]
+        ends = [is_sure_and_right(o[way], o["true"]) for o in outcomes]
         wrong = [o[way]["sure"] and not ok for o, ok in zip(outcomes, ends, strict=True)]
         time = np.mean([o[way]["seconds"] for o in outcomes])
         lines.append(
             f"{way:<10} sure and right {np.mean(ends):.0%}, sure and wrong {np.mean(wrong):.0%} of {len(outcomes)}; "
             f"{time:.1f} s of motion on average"
         )
-    both = [o for o in outcomes if all(won(o[way], o["true"]) for way in ("autopilot", "plan"))]
+    both = [o for o in outcomes if all(is_sure_and_right(o[way], o["true"]) for way in ("autopilot", "plan"))]
     if both:
         ours, theirs = (np.array([o[way]["seconds"] for o in both]) for way in ("autopilot", "plan"))
         lines.append(
@@ -99,28 +99,28 @@ def summary(outcomes: Sequence[Outcome]) -> str:
 
 
 def in_a_line(o: Outcome) -> str:
-    """How both ways through one specimen ended."""
+    """How both ways ended on one specimen, in one line."""
     parts = []
     for way in ("autopilot", "plan"):
         names = ", ".join(f"{n} {c:.2f}" for n, c in o[way]["names"].items()) or o[way]["verdict"]
-        parts.append(f"{way} {o[way]['seconds']:.1f} s {'' if won(o[way], o['true']) else '✗ '}{names}")
+        parts.append(f"{way} {o[way]['seconds']:.1f} s {'' if is_sure_and_right(o[way], o['true']) else '✗ '}{names}")
     return (
         f"{o['seed']} {', '.join(o['true'])}: {'; '.join(parts)}; {o['autopilot']['tests']} {o['autopilot']['ended']}"
     )
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.explain.flights", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.explain.autopilot", description=__doc__)
     parser.add_argument("--seeds", default="9500:9540", help="FIRST:END of the specimens")
     parser.add_argument("--kind", default="single")
     parser.add_argument("-o", "--output", type=Path, default=Path("bench-explain"))
     parser.add_argument("--workers", type=int, default=2)
     arguments = parser.parse_args()
-    path = arguments.output / "flights.jsonl"
+    path = arguments.output / "autopilot.jsonl"
     seeds = range(*(int(text) for text in arguments.seeds.split(":")))
     done = {(o["kind"], o["seed"]) for o in read(path)}
     todo = [(arguments.kind, seed) for seed in seeds if (arguments.kind, seed) not in done]
-    collect(flown, todo, path, arguments.workers, in_a_line)
+    collect(both_ways, todo, path, arguments.workers, in_a_line)
     print(summary([o for o in read(path) if o["kind"] == arguments.kind and o["seed"] in seeds]))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.explain.flights import flown, summary
+from benchmarks.explain.autopilot import both_ways, summary
 from benchmarks.hidden import bench
 from excitation.plan import test_from_config as the_test
 from identification.fitting import fit
@@ -28,7 +28,7 @@ def test_a_bench_measures_the_motion_that_was_asked_for_with_the_noise_of_its_ca
 
 
 def test_the_autopilot_is_sure_of_the_right_name_after_less_motion_than_the_plan() -> None:
-    outcome = flown("single", 7503)
+    outcome = both_ways("single", 7503)
     assert outcome["autopilot"]["sure"]
     assert sorted(outcome["autopilot"]["names"]) == outcome["true"]
     assert outcome["autopilot"]["seconds"] < 0.5 * outcome["plan"]["seconds"]
