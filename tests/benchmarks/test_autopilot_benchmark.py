@@ -1,4 +1,4 @@
-"""A hidden specimen that stays on the rig, and what an autopilot saves on it."""
+"""A hidden specimen on a rig that plays any excitation, and the rig time that an autopilot saves on it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Crest factors, and that only phases bring them about."""
+"""Low crest factors are reached by phases alone."""
 
 from __future__ import annotations
 

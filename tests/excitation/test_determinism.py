@@ -1,4 +1,4 @@
-"""The same configuration gives the same bytes, whatever the processor can do."""
+"""The same configuration gives the same bytes on every processor."""
 
 from __future__ import annotations
 

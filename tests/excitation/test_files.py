@@ -1,4 +1,4 @@
-"""What is written reads back; what is damaged is refused in one line and nothing half-written stays."""
+"""What is written reads back; what is damaged is refused in one line and no partly written file remains."""
 
 from __future__ import annotations
 

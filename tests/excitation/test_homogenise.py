@@ -1,4 +1,4 @@
-"""Homogenised designs change phases only, and cover what they promise."""
+"""Homogenised designs change phases only, and cover the working range."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plans: from configurations, through files, against the rig."""
+"""Plans: from configurations, to and from files, checked against the rig."""
 
 from __future__ import annotations
 
@@ -552,7 +552,7 @@ def test_an_envelope_bounds_multisines_too() -> None:
     assert predict(fitted, to_spec(Envelope, slow)).velocity_m_s <= 0.3
 
 
-def test_what_the_room_exports_is_there() -> None:
+def test_every_exported_name_exists() -> None:
     for name in excitation.__all__:
         assert hasattr(excitation, name)
     assert excitation.__all__ == sorted(excitation.__all__)

@@ -1,4 +1,4 @@
-"""A service record: its spectrum is followed, its range is contained or the design refused."""
+"""A service record: the design has its spectrum and contains its range, or is refused."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def names(directory: Path) -> list[str]:
 
 
 def a_plain_file(path: Path, *, text: type = str, samples: int = 5) -> None:
-    """What another program writes that has only read the contract."""
+    """A file as another program writes it from the contract alone."""
     with h5py.File(path, "w") as file:
         for name, value in {
             "format": "damper-rig/run",
@@ -321,7 +321,7 @@ def test_an_orphan_that_cannot_be_read_is_reported_and_kept(tmp_path: Path) -> N
 
 
 def test_a_long_capture_takes_no_more_memory_than_a_short_one(tmp_path: Path) -> None:
-    """In a process of its own, whose memory nobody else uses: after a warm-up it must not grow with the samples."""
+    """Measured in its own process: after a warm-up the memory must not grow with the samples."""
     if not Path("/proc/self/statm").exists():
         pytest.skip("this system does not tell how much memory a process has")
     code = """

@@ -1,4 +1,4 @@
-"""A rig in this process on a clock that the test moves, and a rig in a process of its own."""
+"""A rig in this process on a clock of the test, and a rig in its own process."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class LoggedPlant(SimulatedPlant):
 
     @property
     def travelled_m(self) -> NDArray[np.float64]:
-        """Where the piston truly was, whatever a failing sensor says."""
+        """The true position of the piston, also where a sensor fails."""
         return np.concatenate(self.measured)
 
     def snapshot(self) -> object:
@@ -85,7 +85,7 @@ class Bench:
         self.rig = SimulatedRig(plant, speed=speed, now=self.clock.now, faults=ordered, fifo_samples=fifo_samples)
 
     def wait(self, seconds: float) -> None:
-        """Let time go by with nobody at the wire."""
+        """Advance time without a host."""
         for _ in range(round(seconds / 0.005)):
             self.clock.sleep(0.005)
             self.rig.tick()

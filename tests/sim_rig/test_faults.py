@@ -28,7 +28,7 @@ AT_S = 0.5
 
 
 class Watched:
-    """Notes, whenever time goes by, whether the rig moves."""
+    """Records, at every step of the clock, whether the rig moves."""
 
     def __init__(self, bench: Any) -> None:
         self.bench, self.moved_at, self.began_at, self._sleep = bench, 0.0, None, bench.clock.sleep
@@ -49,7 +49,7 @@ class Watched:
 
 
 def falls_silent(bench: Any, host: Killable, *, for_good: bool) -> Callable[[Progress], None]:
-    """Make a host that sleeps, or dies, half a second into the motion."""
+    """A host that sleeps for 2 s, or is killed, half a second after the start of the motion."""
     slept: list[float] = []
 
     def tell(progress: Progress) -> None:
@@ -99,12 +99,12 @@ def test_the_rig_ends_as_the_table_says(
 
 
 def order_for(row: FaultRow, wire: str) -> str:
-    """Give classic CAN a tenth of the bad frames: its blocks are 257 frames, of which all must arrive."""
+    """The row's order; on classic CAN a tenth of the bad frames, since all 257 frames of a block must arrive."""
     return row.order.replace(":0.0", ":0.00") if wire == "can" else row.order
 
 
 def assert_inside_the_limits(bench: Any) -> None:
-    """Commands at every sample, and what the piston truly did."""
+    """Check the commands at every sample, and the true position of the piston."""
     commands = np.concatenate(bench.plant.commands)
     assert np.max(np.abs(commands)) <= 0.0101
     assert bench.plant.fastest_m_s() <= LIMITS.velocity_m_s
@@ -123,7 +123,7 @@ def assert_true_file(folder: Path, row: FaultRow, test: Test) -> None:
         assert np.max(np.abs(error)) < 1e-3
 
 
-def test_every_fault_that_can_be_ordered_stands_in_the_table() -> None:
+def test_every_fault_that_can_be_ordered_is_in_the_table() -> None:
     assert {fault_order(row.order).kind for row in FAULT_TABLE if row.order} == set(FaultKind)
 
 
@@ -153,7 +153,7 @@ def test_the_documentation_shows_the_tables_as_they_are(page: str, table: str) -
         ("pump_trip@1:3", "takes no value"),
     ],
 )
-def test_a_fault_that_cannot_be_is_refused_in_one_line(text: str, words: str) -> None:
+def test_an_impossible_fault_is_refused_in_one_line(text: str, words: str) -> None:
     with pytest.raises(FaultError, match=words) as caught:
         fault_order(text)
     assert "\n" not in str(caught.value)

@@ -34,13 +34,13 @@ def play_on(bench: Any, test: Test, out: Path, **more: Any) -> Run:
 
 
 def held(asked: range) -> Callable[[], bool]:
-    """Ask for hold in some of the moments in which the player asks."""
+    """Requests a hold at some of the times when the player asks."""
     moments = count()
     return lambda: next(moments) in asked
 
 
 def a_record(samples: int = 900) -> Test:
-    """A motion of which no two samples are alike."""
+    """A motion in which all samples are different."""
     t = np.arange(samples) / 1000
     x = 0.01 * np.sin(2 * np.pi * (3 + 2 * t) * t) + 0.004 * t
     current = 0.6 + 0.5 * t / t[-1]
@@ -95,7 +95,7 @@ def test_a_run_that_was_held_measures_what_one_that_was_not_measures(
     assert np.std(difference) < 0.03 * np.std(whole.channels["force"])
 
 
-def test_a_test_that_holds_can_be_stopped_and_a_fault_in_hold_is_told(
+def test_a_test_that_holds_can_be_stopped_and_a_fault_in_hold_is_reported(
     bench: Callable[..., Any], tmp_path: Path
 ) -> None:
     b, phases = bench(speed=1.0), list[Phase]()
@@ -195,7 +195,7 @@ def test_an_interlock_on_the_temperature_holds_until_the_damper_has_cooled(
     assert b.rig.controller.sample_index - heated[0] > 12_000
 
 
-def test_a_hold_is_over_when_the_value_has_been_well_inside_for_long_enough() -> None:
+def test_a_hold_ends_when_the_value_has_been_inside_by_the_margin_for_the_release_time() -> None:
     one = interlock("temperature:-20:80:hold")
     assert (one.inside_by, one.release_s) == (2.0, 1.0)
     rest = HoldWatch(one, (one,), 1000.0)
@@ -258,14 +258,14 @@ def test_an_interlock_trips_once_for_each_time_that_it_is_left_for_its_delay() -
         ("force:0:1:hold:0:0.1:1:1", "CHANNEL:LOW:HIGH:ACTION"),
     ],
 )
-def test_an_interlock_that_cannot_be_is_refused_in_one_line(text: str, words: str) -> None:
+def test_an_impossible_interlock_is_refused_in_one_line(text: str, words: str) -> None:
     with pytest.raises(LimitError, match=words) as caught:
         interlock(text)
     assert "\n" not in str(caught.value)
     assert isinstance(interlock("force:-inf:5:stop"), Interlock)
 
 
-def test_a_cold_damper_is_warmed_up_until_the_gate_opens_and_only_the_test_is_recorded(
+def test_a_cold_damper_is_warmed_up_until_it_is_warm_enough_and_only_the_test_is_recorded(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
 ) -> None:
     b = bench(speed=50.0)

@@ -1,4 +1,4 @@
-"""A host that is killed: its rig stops by itself, and its run file is closed later, with everything that was safe."""
+"""A host that is killed: its rig stops by itself, and its run file is closed later, with every flushed sample."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A host that is late, a rig that holds little: the stream survives both, and says so where it cannot."""
+"""Late hosts, small FIFOs, other hosts: the stream loses nothing, or the error says why it cannot go on."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def at_5_khz(seconds: float) -> Test:
     return Test(name="fast", excitation=excitation)
 
 
-def test_a_host_that_is_late_again_and_again_loses_nothing_at_5_khz(bench: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_host_that_is_late_repeatedly_loses_nothing_at_5_khz(bench: Callable[..., Any], tmp_path: Path) -> None:
     b, late = bench(speed=1.0), list[float]()
 
     def sleep(progress: Progress) -> None:
@@ -74,7 +74,7 @@ def test_a_rig_with_a_small_fifo_gets_blocks_that_fit_it(
     assert b.rig.status().gaps == 0
 
 
-def test_a_thread_that_is_ahead_is_ordinary_again_afterwards_and_so_are_those_it_began() -> None:
+def test_real_time_priority_ends_with_its_block_and_is_not_inherited_by_threads_that_drop_it() -> None:
     before, inside = _policy(), list[int]()
     with real_time_priority() as permitted:
         during = _policy()
@@ -91,7 +91,7 @@ def _policy() -> int:
 
 
 @pytest.mark.parametrize(("phase", "speed"), [(Phase.RUNNING, 20.0), (Phase.HOLD, 1.0)])
-def test_a_rig_that_another_host_has_under_power_is_left_alone(
+def test_a_rig_that_another_host_has_under_power_is_refused(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, phase: Phase, speed: float
 ) -> None:
     b, refusals, seen = bench(speed=speed), list[str](), list[Phase]()
@@ -137,7 +137,7 @@ class Elsewhere:
             self._bench.rig.tick()
 
 
-def test_a_host_that_died_is_no_other_host(
+def test_a_host_that_died_does_not_block_the_next_one(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
 ) -> None:
     b = bench(speed=1.0)
@@ -156,7 +156,7 @@ def test_a_host_that_died_is_no_other_host(
     assert run.status == "complete"
 
 
-def test_the_hosts_heartbeat_keeps_the_watchdog_quiet_and_a_strangers_frames_do_not(bench: Callable[..., Any]) -> None:
+def test_the_hosts_heartbeat_resets_the_watchdog_and_frames_of_other_devices_do_not(bench: Callable[..., Any]) -> None:
     for number, data, state in (
         (frames.HOST_HEARTBEAT, bytes([frames.OPERATIONAL]), RigState.HOLD),
         (0x123, bytes(8), RigState.FAULT_HOLD),

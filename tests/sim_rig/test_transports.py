@@ -150,7 +150,7 @@ def test_a_test_over_a_wire_is_recorded_whole(
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_the_rigs_process_ends_cleanly_when_told(start_rig: Callable[..., Any], number: signal.Signals) -> None:
+def test_the_rigs_process_ends_cleanly_on_a_signal(start_rig: Callable[..., Any], number: signal.Signals) -> None:
     with start_rig("modbus://127.0.0.1:0", 1.0) as (process, _):
         process.send_signal(number)
         assert process.wait(10) == 0
@@ -176,7 +176,7 @@ def test_a_rig_that_dies_in_a_run_leaves_a_truncated_file(
     assert run.samples > 500
 
 
-def test_nobody_at_the_address_is_an_error_in_time() -> None:
+def test_an_address_without_a_rig_is_an_error_in_time() -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         url = f"modbus://127.0.0.1:{taken.getsockname()[1]}"
@@ -199,7 +199,7 @@ def test_a_rig_that_never_answers_is_a_time_out_at_the_deadline() -> None:
 
 
 class OtherDevice(NullModem):
-    """A device that shows another word in one register of its identity."""
+    """A device with another word in one register of its identity."""
 
     def __init__(self, bench: Any, register: str) -> None:
         super().__init__(bench.rig, bench.clock)
@@ -207,7 +207,7 @@ class OtherDevice(NullModem):
 
     def serve(self, request: bytes) -> bytes:
         answer = bytearray(super().serve(request))
-        answer[9 + 2 * self._at : 11 + 2 * self._at] = b"\x00\x77"  # behind the header, the function and the count
+        answer[9 + 2 * self._at : 11 + 2 * self._at] = b"\x00\x77"  # after the header, function and count
         return bytes(answer)
 
 
