@@ -84,7 +84,7 @@ REFUSED: list[tuple[str, dict[str, Any], dict[str, Any], str]] = [
     ("current range", MULTISINE, {"current.max": 0.1}, "above min (0.3 A)"),
     ("grid", MULTISINE, {"homogenise.grid": [10]}, "grid"),
     ("method", MULTISINE, {"homogenise.method": "magic"}, "'direct' or 'duym'"),
-    ("variables", MULTISINE, {"homogenise.variables": ["velocity", "velocity"]}, "each may stand there once"),
+    ("variables", MULTISINE, {"homogenise.variables": ["velocity", "velocity"]}, "each may be given once"),
     (
         "no current to cover",
         MULTISINE,

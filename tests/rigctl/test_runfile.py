@@ -146,7 +146,7 @@ def _channel(name: str, values: object, unit: str | None):  # type: ignore[no-un
         (_channel("force", np.ones(5), "kN"), ["force", "kN", "unknown"]),
         (_channel("displacement", np.ones(5), "N"), ["displacement", "'N'", "must be m"]),
         (_channel("extra", np.ones(5), "furlong"), ["extra", "furlong"]),
-        (_channel("force", np.ones((5, 2)), "N"), ["force", "row"]),
+        (_channel("force", np.ones((5, 2)), "N"), ["force", "1-D array"]),
         (_channel("force", [b"a"] * 5, "N"), ["force", "1-D array of numbers"]),
         (_channel("force/inner", np.ones(5), "N"), ["force"]),
         (lambda file: file.create_group("excitation").attrs.__setitem__("design", "{"), ["design", "JSON"]),

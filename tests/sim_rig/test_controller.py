@@ -236,5 +236,5 @@ def test_limits_may_only_be_tighter_than_the_machines_and_only_while_disabled(be
     with pytest.raises(RequestRefused, match="FIFO"):
         b.rig.configure(Configuration(high_water_samples=20_000))
     b.rig.command(Control.HOLD, RUN, 1)
-    with pytest.raises(RequestRefused, match="closed in HOLD"):
+    with pytest.raises(RequestRefused, match="cannot be changed in HOLD"):
         b.rig.configure(Configuration())
