@@ -18,7 +18,7 @@ from identification.discrepancy.trials import Trial
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters, predict
 from identification.fitting.parallel import side_by_side
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model
 from identification.record import Record, compact, record_from_run
 from rigctl.runfile import Run
