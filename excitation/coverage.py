@@ -26,7 +26,7 @@ class Coverage:
         """D = 100·(K/N²)·Σ(n_cell − N/K)², percent.
 
         The squared relative deviation of the cells' filling from the mean filling: 0 is uniform. It tends to
-        a value that belongs to the distribution alone as N grows (N independent uniform samples give 100·(K −
+        a value that depends only on the distribution as N grows (N independent uniform samples give 100·(K −
         1)/N) and the cells shrink.
         """
         cells, samples = self.counts.size, int(self.counts.sum())

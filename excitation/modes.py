@@ -2,8 +2,7 @@
 
 Imported only where a homogenised design is made: numba takes long to load. Cosines of this module, sums in a
 fixed order, no fused multiply-add: the same bits on every processor. The innermost loops run over a block of
-samples and only write where they do not read, which compilers turn into vector instructions without reordering
-anything.
+samples and do not read what they write, so that compilers use vector instructions without reordering sums.
 """
 
 from __future__ import annotations

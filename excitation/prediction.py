@@ -22,7 +22,7 @@ ForceModel: TypeAlias = Callable[[Motion], NDArray[np.float64]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prediction:
-    """Peaks and sums over one test; None where the envelope does not say enough to predict it."""
+    """Peaks and sums over one test; None where the envelope lacks the data to predict it."""
 
     displacement_m: float
     velocity_m_s: float

@@ -1,4 +1,4 @@
-"""The CAN frames of node 1: identifiers and byte layouts, little-endian; the DBC beside this file says the same."""
+"""The CAN frames of node 1: identifiers and byte layouts, little-endian; as in the DBC files of this folder."""
 
 from __future__ import annotations
 

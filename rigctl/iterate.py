@@ -70,7 +70,7 @@ class Iterated:
 
     @property
     def drive(self) -> Excitation:
-        """The drive of the best step, as an excitation that says where it comes from."""
+        """The drive of the best step, as an excitation whose design states its origin."""
         figures: Mapping[str, JSON] = {
             "iteration_errors": [step.error for step in self.steps],
             "iteration_outcome": str(self.outcome),
@@ -89,7 +89,7 @@ def iterate(
 ) -> Iterated:
     """Iterate the drive of a test until its measured displacement is the wanted one.
 
-    `play` plays a test and gives its run file (:func:`rigctl.player.play` with everything else filled in). Every
+    `play` plays a test and returns its run file (:func:`rigctl.player.play` with everything else filled in). Every
     drive is checked against the limits before it moves anything; one that exceeds them is made again with less gain.
 
     Raises

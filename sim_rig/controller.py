@@ -43,7 +43,7 @@ class Plant(Protocol):
 class Controller:
     """The rig without sockets and wall clock: everything that counts in samples.
 
-    Whatever goes wrong, the command decelerates within the limits to a hold set-point, never with a step.
+    After any fault the command decelerates within the limits to a hold set-point, without a step.
     """
 
     def __init__(

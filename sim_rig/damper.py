@@ -1,6 +1,6 @@
 """The damper, compiled: its state, and one fine step of it.
 
-Nothing here is the catalogue's equation: each effect has an equation of its own, as real parts have. An effect whose
+No equation of the catalogue is used here: each effect has its own, as real parts have. An effect whose
 size is zero is absent. The core is solved implicitly for its velocity, so that stiff parts need no finer step.
 """
 

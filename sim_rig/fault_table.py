@@ -63,7 +63,7 @@ FAULT_TABLE: Final = (
     _goes_on(
         "delayed frames",
         "delayed:0.02",
-        "2 % of all frames (classic CAN: 0.2 %), and what is behind them, are 30 ms late",
+        "2 % of all frames (classic CAN: 0.2 %), and all frames after them, are 30 ms late",
     ),
     _goes_on("doubled frames", "doubled:0.05", "5 % of all frames arrive twice; the repetition changes nothing"),
     _goes_on("reordered frames", "reordered:0.02", "2 % of all frames are overtaken (classic CAN: 0.2 %)"),
@@ -73,12 +73,12 @@ FAULT_TABLE: Final = (
         "a bit is flipped in 1 % of all frames (classic CAN: 0.1 %); checksums find it",
     ),
     _goes_on(
-        "stalled server, short", "stalled@0.5:0.3", "the rig answers nothing for 0.3 s and plays on from its FIFO"
+        "stalled server, short", "stalled@0.5:0.3", "the rig does not answer for 0.3 s and continues from its FIFO"
     ),
     FaultRow(
         name="stalled server, or a cut wire",
         order="stalled@0.5:60",
-        happens="the rig answers nothing any more; its watchdog decelerates it to hold",
+        happens="the rig does not answer any more; its watchdog decelerates it to hold",
         state=RigState.FAULT_HOLD,
         within_s=1.4,
         file=TRUNCATED,
@@ -114,7 +114,7 @@ FAULT_TABLE: Final = (
     FaultRow(
         name="brown-out of the rig",
         order="brown_out@0.5:0.6",
-        happens="the rig loses its power for 0.6 s and starts anew, disabled, with no memory of the run",
+        happens="the rig loses its power for 0.6 s and restarts disabled, without the state of the run",
         state=RigState.DISABLED,
         within_s=0.05,
         file=TRUNCATED,
@@ -123,7 +123,7 @@ FAULT_TABLE: Final = (
     _stops(
         "emergency stop",
         "emergency_stop@0.5",
-        "the pressure is taken away at once; a reset has no effect while the button is pressed",
+        "the pressure is switched off at once; a reset has no effect while the button is pressed",
         Fault.EMERGENCY_STOP,
         0.05,
     ),

@@ -39,7 +39,7 @@ class Damper(NamedTuple):
     stiffness: float = 0.0
     mount: float = 0.0  # 0: rigid
     mount_c: float = 0.0
-    mount_branch: float = 0.0  # a further spring, in series with mount_branch_c, beside the mount
+    mount_branch: float = 0.0  # a further spring, in series with mount_branch_c, parallel to the mount
     mount_branch_c: float = 1.0
     lag: float = 0.0
     distortion: float = 0.0  # travel after a reversal until the force is back, m

@@ -3,8 +3,8 @@
 Both begin with the same first run, a multisine of the machine's whole envelope. The fixed plan goes on with the other
 runs of the campaign that every case has, 16 to 20 s each, in their order. Each ends by the autopilot's rule: every
 name is sure, and the names explain the gap or did not change with one more test. Compared are the time of motion after
-the first run, and whether the names are right. Outcomes are appended to DIR/autopilot.jsonl as they come; what is there
-already is not run again.
+the first run, and whether the names are right. Outcomes are appended to DIR/autopilot.jsonl as they come; cases that
+the file has already are not run again.
 """
 
 from __future__ import annotations
