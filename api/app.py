@@ -15,20 +15,20 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
-from api.campaigns import NewCampaign
-from api.door import BodyLimit, SameOrigin
+from api.campaigns.live import Live
+from api.campaigns.new_campaign import NewCampaign
+from api.campaigns.store import Store
+from api.campaigns.worker import Workers
 from api.errors import OUTCOMES, one_line, outcome_of
-from api.explaining import Explainer
-from api.explanation_store import ExplanationStore
-from api.explanations import NewExplanation
-from api.house import House
-from api.live import Live
-from api.reports import Reports
+from api.jobs.explain import NewExplanation
+from api.jobs.results import Reports
+from api.jobs.store import ExplanationStore
+from api.jobs.worker import Explainer
 from api.routes import campaigns, docs, explanations, health, live, page, rigs, runs
-from api.runfiles import RunFiles
+from api.routes.middleware import BodyLimit, SameOrigin
+from api.service import House
 from api.settings import Settings
-from api.store import Store
-from api.worker import Workers
+from api.store.runs import RunFiles
 
 __all__ = ["create_app"]
 

@@ -12,10 +12,10 @@ import uvicorn
 from fastapi import FastAPI
 
 from api.app import create_app
+from api.campaigns.store import Store
 from api.errors import SettingsError, one_line
-from api.house import House
+from api.service import House
 from api.settings import Settings
-from api.store import Store
 
 __all__ = ["serve_until_told"]
 

@@ -30,8 +30,8 @@ def test_the_wheel_holds_the_five_rooms_and_nothing_else() -> None:
     assert not [path for path in files if "test_" in path or "/tests/" in path]
     for due in (
         *(f"{room}/py.typed" for room in ROOMS),
-        "api/migrations/versions/0001_campaigns.py",
-        "api/migrations/script.py.mako",
+        "api/store/migrations/versions/0001_campaigns.py",
+        "api/store/migrations/script.py.mako",
         "api/web/live.html",
         "api/web/static/live.js",
         "api/demo/data/mr_utfpr/NOTICE.md",

@@ -33,7 +33,7 @@ def serve(
 
     settings = read_settings(os.environ, data_dir=data, host=host, port=port, database_url=database)
     if with_parent:
-        from api.cli.parent import end_with_parent
+        from api.processes.parent import end_with_parent
 
         end_with_parent()
     raise typer.Exit(serve_until_told(settings, on_ready=lambda url: print(f"ready {url}", flush=True)))

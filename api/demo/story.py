@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from api.demo.campaign import campaign
 from api.demo.client import Client
 from api.errors import InputError, ProcessError
-from api.processes import Child
+from api.processes.child import Child
 from identification.discrepancy import explain, report_data, write_report
 from identification.physical.modelfile import read_model
 from rigctl.runfile import Run, read_run

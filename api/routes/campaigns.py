@@ -8,12 +8,11 @@ from fastapi import APIRouter, Query, Response
 from fastapi.responses import FileResponse
 from pydantic import JsonValue
 
-from api.campaigns import NewCampaign
-from api.house import Here
-from api.loops import loops
-from api.orders import Asked
-from api.records import CampaignState
-from api.shapes import (
+from api.campaigns.loops import loops
+from api.campaigns.new_campaign import NewCampaign
+from api.campaigns.orders import Asked
+from api.campaigns.records import CampaignState
+from api.routes.answers import (
     CampaignAnswer,
     CampaignList,
     CampaignSummary,
@@ -22,6 +21,7 @@ from api.shapes import (
     detail,
     summary,
 )
+from api.service import Here
 from rigctl.runfile import read_run
 
 __all__ = ["router"]

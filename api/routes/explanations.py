@@ -7,10 +7,10 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Response
 from fastapi.responses import FileResponse
 
-from api.accepting import accepted
-from api.explanations import NewExplanation
-from api.house import Here
-from api.shapes import ExplanationAnswer, ExplanationList, explanation_answer
+from api.jobs.accept import accepted
+from api.jobs.explain import NewExplanation
+from api.routes.answers import ExplanationAnswer, ExplanationList, explanation_answer
+from api.service import Here
 
 __all__ = ["router"]
 

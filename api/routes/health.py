@@ -6,8 +6,8 @@ from importlib.metadata import version
 
 from fastapi import APIRouter
 
-from api.house import Here
-from api.shapes import Health
+from api.routes.answers import Health
+from api.service import Here
 
 __all__ = ["router"]
 

@@ -12,8 +12,8 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import StreamingResponse
 
 from api.errors import StoreError, one_line
-from api.house import Here, House
-from api.shapes import CampaignList, ExplanationList, explanation_answer, summary
+from api.routes.answers import CampaignList, ExplanationList, explanation_answer, summary
+from api.service import Here, House
 
 __all__ = ["router"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
-from api.house import Here
-from api.shapes import RigList, rig_answer
+from api.routes.answers import RigList, rig_answer
+from api.service import Here
 
 __all__ = ["router"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from fastapi import APIRouter, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
-from api.house import Here
-from api.shapes import UploadAnswer, upload_answer
-from api.uploads import received
+from api.routes.answers import UploadAnswer, upload_answer
+from api.service import Here
+from api.store.uploads import received
 
 __all__ = ["router"]
 

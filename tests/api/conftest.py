@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from api.processes import Child
-from api.store import Store
+from api.campaigns.store import Store
+from api.processes.child import Child
 
 
 class Clock:

@@ -15,15 +15,15 @@ import numpy as np
 import pytest
 from sqlalchemy import select
 
+from api.campaigns.records import ExplanationState
+from api.campaigns.store import Store
 from api.cli.main import main
-from api.database import reading
 from api.errors import Conflict, LeaseLost, NotFound
-from api.explain_process import Job
-from api.explanation_store import LEFT_OPEN, ExplanationStore
-from api.processes import Child
-from api.records import ExplanationState
-from api.store import Store
-from api.tables import explanations
+from api.jobs.process import Job
+from api.jobs.store import LEFT_OPEN, ExplanationStore
+from api.processes.child import Child
+from api.store.database import reading
+from api.store.tables import explanations
 from rigctl.runfile import Run, write_run
 from tests.api.browser import browser
 from tests.api.following import ended as campaign_ended

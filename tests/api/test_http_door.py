@@ -15,9 +15,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from api.app import create_app
-from api.database import writing
 from api.settings import Settings
-from api.tables import campaigns
+from api.store.database import writing
+from api.store.tables import campaigns
 from tests.api.serving import serving
 
 

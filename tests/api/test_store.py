@@ -14,16 +14,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from sqlalchemy import text
 
-from api.campaigns import NewCampaign
-from api.database import writing
+from api.campaigns.held_rig import Leased, acquire
+from api.campaigns.new_campaign import NewCampaign
+from api.campaigns.orders import Asked, Order
+from api.campaigns.records import CampaignState, RunRecord, TestState
+from api.campaigns.store import Store
+from api.campaigns.worker import close_left_open
 from api.errors import Conflict, LeaseLost, NotFound, SettingsError, StoreError
-from api.leases import Leased, acquire
-from api.orders import Asked, Order
-from api.records import CampaignState, RunRecord, TestState
-from api.runfiles import RunFiles
-from api.store import Store
-from api.tables import METADATA
-from api.worker import close_left_open
+from api.store.database import writing
+from api.store.runs import RunFiles
+from api.store.tables import METADATA
 
 RIG = "modbus://127.0.0.1:5020"
 LEASE_S = 20.0

@@ -7,7 +7,7 @@ from pathlib import Path
 import httpx
 import numpy as np
 
-from api.processes import Child
+from api.processes.child import Child
 from rigctl.runfile import read_run
 from tests.api.following import ended, get, post, states, until
 

@@ -10,14 +10,14 @@ from typing import Any
 
 import pytest
 
-from api.campaigns import NewCampaign
+from api.campaigns.held_rig import Leased, acquire
+from api.campaigns.live import Live
+from api.campaigns.new_campaign import NewCampaign
+from api.campaigns.orders import Asked
+from api.campaigns.records import Campaign
+from api.campaigns.store import Store
+from api.campaigns.watch import SHUTDOWN, Watch
 from api.errors import LeaseLost, StoreError
-from api.leases import Leased, acquire
-from api.live import Live
-from api.orders import Asked
-from api.records import Campaign
-from api.store import Store
-from api.watch import SHUTDOWN, Watch
 from rigctl.progress import Phase, Progress
 
 RIG = "modbus://127.0.0.1:5020"

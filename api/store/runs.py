@@ -6,8 +6,8 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
+from api.campaigns.records import RunRecord
 from api.errors import NotFound
-from api.records import RunRecord
 from rigctl.runfile import Run, read_run
 
 __all__ = ["RunFiles"]

@@ -19,8 +19,8 @@ _NICE = 10  # a rig that is being driven comes first
 
 def main() -> int:
     """Do the task; 0 where there is an answer, whatever it is."""
-    from api.cli.parent import end_with_parent
     from api.errors import one_line, outcome_of
+    from api.processes.parent import end_with_parent
 
     if hasattr(os, "nice"):
         os.nice(_NICE)
@@ -38,7 +38,7 @@ def main() -> int:
 
 
 def _done(task: dict[str, Any]) -> dict[str, Any]:
-    # Any: JSON, made by api.explain_process and nobody else
+    # Any: JSON, made by api.jobs.process and nobody else
     from identification.discrepancy import explain, prepared, report_data, write_report
     from identification.physical.modelfile import model_from_json
     from rigctl.runfile import read_run

@@ -8,11 +8,11 @@ from threading import Event, Lock, Thread
 from types import TracebackType
 from typing import Self
 
+from api.campaigns.held_rig import Leased
+from api.campaigns.live import Live
+from api.campaigns.orders import Asked, Order
+from api.campaigns.records import Campaign
 from api.errors import LeaseLost, StoreError, one_line
-from api.leases import Leased
-from api.live import Live
-from api.orders import Asked, Order
-from api.records import Campaign
 from rigctl.progress import Phase, Progress
 
 __all__ = ["SHUTDOWN", "Watch"]

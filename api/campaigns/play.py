@@ -7,12 +7,12 @@ from functools import partial
 from pathlib import Path
 from threading import Event
 
+from api.campaigns.held_rig import Leased
+from api.campaigns.live import Live
+from api.campaigns.records import Campaign, CampaignState, CampaignTest, TestState
+from api.campaigns.watch import Watch
 from api.errors import LeaseLost, StoreError, one_line
-from api.leases import Leased
-from api.live import Live
-from api.records import Campaign, CampaignState, CampaignTest, TestState
-from api.runfiles import RunFiles
-from api.watch import Watch
+from api.store.runs import RunFiles
 from excitation import ExcitationError, test_from_config
 from rigctl.errors import RigError, RigFault, RunFileError
 from rigctl.interlocks import interlock

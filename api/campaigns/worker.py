@@ -10,14 +10,14 @@ from collections.abc import Callable
 from threading import Event, Thread
 from uuid import uuid4
 
+from api.campaigns.held_rig import Leased, acquire
+from api.campaigns.live import Live
+from api.campaigns.play import adopt_run_files, play_campaign
+from api.campaigns.records import CampaignState
+from api.campaigns.store import Store
 from api.errors import LeaseLost, StoreError, one_line
-from api.leases import Leased, acquire
-from api.live import Live
-from api.play import adopt_run_files, play_campaign
-from api.records import CampaignState
-from api.runfiles import RunFiles
 from api.settings import Settings
-from api.store import Store
+from api.store.runs import RunFiles
 
 __all__ = ["Workers", "work"]
 

@@ -47,7 +47,7 @@ class Job:
         self.progress = (0.0, "starting")
         self._answer: dict[str, Any] = {}  # any JSON that the process says last
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "api.explain_job"],
+            [sys.executable, "-P", "-m", "api.jobs"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             start_new_session=True,

@@ -5,12 +5,12 @@ from __future__ import annotations
 from sqlalchemy import Connection, insert, select, update
 from sqlalchemy.exc import IntegrityError
 
-from api.database import writing
+from api.campaigns.orders import Asked, Order
+from api.campaigns.records import Campaign, CampaignState, Lease, RunRecord, TestState
+from api.campaigns.store import Store, end_campaign, read_campaign, record_event
 from api.errors import LeaseLost, StoreError
-from api.orders import Asked, Order
-from api.records import Campaign, CampaignState, Lease, RunRecord, TestState
-from api.store import Store, end_campaign, read_campaign, record_event
-from api.tables import campaigns, leases, runs, tests
+from api.store.database import writing
+from api.store.tables import campaigns, leases, runs, tests
 
 __all__ = ["Leased", "acquire"]
 

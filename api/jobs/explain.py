@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from api.campaigns import check_text
+from api.campaigns.new_campaign import check_text
 from api.errors import InputError
 from identification.errors import ModelError
 from identification.physical.modelfile import model_from_json

@@ -10,13 +10,13 @@ from shutil import rmtree
 from threading import Event, Thread
 from uuid import uuid4
 
+from api.campaigns.records import Explanation, ExplanationState
 from api.errors import DoorError, LeaseLost, StoreError, one_line
-from api.explain_process import Job
-from api.explanation_store import ExplanationStore
-from api.records import Explanation, ExplanationState
-from api.reports import Reports
-from api.runfiles import RunFiles
+from api.jobs.process import Job
+from api.jobs.results import Reports
+from api.jobs.store import ExplanationStore
 from api.settings import Settings
+from api.store.runs import RunFiles
 
 __all__ = ["Explainer"]
 

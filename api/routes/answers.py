@@ -6,8 +6,8 @@ from datetime import UTC, datetime
 
 from pydantic import BaseModel, ConfigDict, JsonValue
 
-from api.orders import Asked
-from api.records import (
+from api.campaigns.orders import Asked
+from api.campaigns.records import (
     Campaign,
     CampaignState,
     Event,

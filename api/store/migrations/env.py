@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from alembic import context
 
-from api.tables import METADATA
+from api.store.tables import METADATA
 
 context.configure(connection=context.config.attributes["connection"], target_metadata=METADATA, render_as_batch=True)
 with context.begin_transaction():

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from api.orders import Asked
+from api.campaigns.orders import Asked
 
 __all__ = [
     "Campaign",

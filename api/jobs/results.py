@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from api.campaigns.records import Explanation, ExplanationState
 from api.errors import Conflict, NotFound
-from api.records import Explanation, ExplanationState
 
 __all__ = ["Reports"]
 

@@ -10,9 +10,9 @@ from uuid import uuid4
 
 from fastapi.concurrency import run_in_threadpool
 
+from api.campaigns.records import Upload
 from api.errors import InputError, TooLarge
-from api.records import Upload
-from api.runfiles import RunFiles
+from api.store.runs import RunFiles
 from rigctl.errors import RunFileError
 from rigctl.runfile import read_run
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from threading import Lock
 
+from api.campaigns.records import Explanation
 from api.errors import InputError
-from api.explain_process import refuse
-from api.explanations import NewExplanation
-from api.house import House
-from api.records import Explanation
+from api.jobs.explain import NewExplanation
+from api.jobs.process import refuse
+from api.service import House
 
 __all__ = ["accepted"]
 

@@ -8,11 +8,11 @@ from uuid import uuid4
 
 from sqlalchemy import Connection, Row, insert, select, update
 
-from api.database import reading, writing
+from api.campaigns.records import Explanation, ExplanationState, RunRecord, Upload
+from api.campaigns.store import Store
 from api.errors import Conflict, LeaseLost, NotFound
-from api.records import Explanation, ExplanationState, RunRecord, Upload
-from api.store import Store
-from api.tables import campaigns, explanations, runs, uploads
+from api.store.database import reading, writing
+from api.store.tables import campaigns, explanations, runs, uploads
 
 __all__ = ["LEFT_OPEN", "ExplanationStore"]
 

@@ -10,12 +10,12 @@ from uuid import uuid4
 
 from sqlalchemy import ColumnElement, Connection, Row, Select, func, select, update
 
-from api.campaigns import NewCampaign
-from api.database import migrate, open_engine, reading, writing
+from api.campaigns.new_campaign import NewCampaign
+from api.campaigns.orders import ENDS, Asked, then
+from api.campaigns.records import Campaign, CampaignState, CampaignTest, Event, RigRecord, RunRecord, TestState
 from api.errors import Conflict, NotFound
-from api.orders import ENDS, Asked, then
-from api.records import Campaign, CampaignState, CampaignTest, Event, RigRecord, RunRecord, TestState
-from api.tables import campaigns, events, leases, runs, tests
+from api.store.database import migrate, open_engine, reading, writing
+from api.store.tables import campaigns, events, leases, runs, tests
 
 __all__ = ["OPEN_STATES", "Store", "read_campaign", "record_event"]
 

@@ -8,12 +8,12 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 
-from api.explanation_store import ExplanationStore
-from api.live import Live
-from api.reports import Reports
-from api.runfiles import RunFiles
+from api.campaigns.live import Live
+from api.campaigns.store import Store
+from api.jobs.results import Reports
+from api.jobs.store import ExplanationStore
 from api.settings import Settings
-from api.store import Store
+from api.store.runs import RunFiles
 
 __all__ = ["Here", "House"]
 
