@@ -7,12 +7,12 @@ from functools import partial
 from pathlib import Path
 from threading import Event
 
-from api.campaigns.held_rig import Leased
+from api.campaigns.held_rig import HeldRig
 from api.campaigns.live import Live
 from api.campaigns.records import Campaign, CampaignState, CampaignTest, TestState
 from api.campaigns.watch import Watch
 from api.errors import LeaseLost, StoreError, one_line
-from api.store.runs import RunFiles
+from api.store.runs import RunStore
 from excitation import ExcitationError, test_from_config
 from rigctl.errors import RigError, RigFault, RunFileError
 from rigctl.interlocks import interlock
@@ -36,17 +36,15 @@ class _Ended(Exception):
         self.state = state
 
 
-def play_campaign(
-    leased: Leased, campaign: Campaign, files: RunFiles, live: Live, *, stop: Event, poll_s: float
-) -> None:
+def play_campaign(held: HeldRig, campaign: Campaign, runs: RunStore, live: Live, *, stop: Event, poll_s: float) -> None:
     """Play a campaign that was taken, and end it in the store as it ended on the rig.
 
     Raises LeaseLost and StoreError: then the rig is safe, and the next holder of the lease closes the campaign.
     """
     state, reason = CampaignState.DONE, ""
     try:
-        with Watch(leased, campaign, live, stop=stop, poll_s=poll_s) as watch:
-            _play_all(leased, campaign, files, watch)
+        with Watch(held, campaign, live, stop=stop, poll_s=poll_s) as watch:
+            _play_all(held, campaign, runs, watch)
     except _Ended as ended:
         state, reason = ended.state, str(ended)
     except RigError as error:
@@ -55,14 +53,14 @@ def play_campaign(
         raise
     except Exception as error:
         # A fault of this program or of the disk: the player has made the rig safe; the story must end truly too
-        leased.end(campaign, CampaignState.FAILED, f"{type(error).__name__}: {one_line(error)}")
+        held.end(campaign, CampaignState.FAILED, f"{type(error).__name__}: {one_line(error)}")
         raise
     if watch.trouble is not None:
         raise watch.trouble
-    leased.end(campaign, state, reason)
+    held.end(campaign, state, reason)
 
 
-def _play_all(leased: Leased, campaign: Campaign, files: RunFiles, watch: Watch) -> None:
+def _play_all(held: HeldRig, campaign: Campaign, runs: RunStore, watch: Watch) -> None:
     transport = connect(campaign.rig)
     try:
         for test in campaign.tests:
@@ -70,21 +68,21 @@ def _play_all(leased: Leased, campaign: Campaign, files: RunFiles, watch: Watch)
                 time.sleep(HOLD_POLL_S)
             if reason := watch.should_stop():
                 raise _Ended(CampaignState.ABORTED, reason)
-            _play_test(leased, campaign, test, files, watch, transport)
+            _play_test(held, campaign, test, runs, watch, transport)
     finally:
         transport.close()
 
 
 def _play_test(
-    leased: Leased,
+    held: HeldRig,
     campaign: Campaign,
     test: CampaignTest,
-    files: RunFiles,
+    runs: RunStore,
     watch: Watch,
     transport: Transport,
 ) -> None:
     watch.begin(test.position)
-    leased.progress(campaign, test.position, Phase.CONNECTING, 0, "")
+    held.progress(campaign, test.position, Phase.CONNECTING, 0, "")
     path: Path | None
     trouble: RigError | ExcitationError | None = None
     try:
@@ -102,7 +100,7 @@ def _play_test(
                 settings=PlayerSettings(interlocks=tuple(map(interlock, campaign.interlocks))),
             ),
             test_from_config(test.config),
-            files.work_dir(campaign.id),
+            runs.work_dir(campaign.id),
             None if campaign.warm_up is None else test_from_config(campaign.warm_up),
         )
     except RigError as error:
@@ -111,14 +109,14 @@ def _play_test(
         path, trouble = None, error
     complete = False
     if path is not None:
-        run = files.keep(path, campaign_id=campaign.id, held_out=test.held_out)
-        leased.add_run(campaign, run)
+        run = runs.describe(path, campaign_id=campaign.id, held_out=test.held_out)
+        held.add_run(campaign, run)
         complete = run.status == "complete"
     if not (complete and trouble is None):
         state, reason = _how_it_ended(path, trouble, watch.should_stop() or "stopped")
-        leased.end_test(campaign, test.position, TestState(state), reason)
+        held.end_test(campaign, test.position, TestState(state), reason)
         raise _Ended(state, reason if state is CampaignState.ABORTED else f"test {test.name!r}: {reason}")
-    leased.end_test(campaign, test.position, TestState.DONE, "")
+    held.end_test(campaign, test.position, TestState.DONE, "")
 
 
 def _how_it_ended(
@@ -133,23 +131,23 @@ def _how_it_ended(
     return CampaignState.FAILED, one_line(trouble)
 
 
-def adopt_run_files(leased: Leased, campaign: Campaign, files: RunFiles) -> tuple[str, ...]:
+def adopt_run_files(held: HeldRig, campaign: Campaign, runs: RunStore) -> tuple[str, ...]:
     """Close the run files that a crash left open, tell the store of every file that it does not know yet.
 
     Returns a line for each file that could not be used.
     """
-    folder = files.work_dir(campaign.id)
+    folder = runs.work_dir(campaign.id)
     if not folder.is_dir():
         return ()
     refused = [one.reason for one in recover_directory(folder) if one.path is None]
-    known = {record.id for record in leased.store.runs(campaign.id)}
+    known = {record.id for record in runs.of_campaign(campaign.id)}
     held_out = {test.name: test.held_out for test in campaign.tests}
     for path in sorted(folder.glob("*.h5")):
         try:
             run = read_run(path)
             if run.run_id not in known:
-                kept = files.keep(path, campaign_id=campaign.id, held_out=held_out.get(run.test_id, False))
-                leased.add_run(campaign, kept)
+                kept = runs.describe(path, campaign_id=campaign.id, held_out=held_out.get(run.test_id, False))
+                held.add_run(campaign, kept)
         except RunFileError as error:
             refused.append(one_line(error))
     return tuple(refused)

@@ -1,4 +1,4 @@
-"""What the store tells: campaigns, their tests, runs and events, and leases on rigs."""
+"""What the store knows of campaigns: their tests and events, and the rigs that they name."""
 
 from __future__ import annotations
 
@@ -14,13 +14,8 @@ __all__ = [
     "CampaignState",
     "CampaignTest",
     "Event",
-    "Explanation",
-    "ExplanationState",
-    "Lease",
     "RigRecord",
-    "RunRecord",
     "TestState",
-    "Upload",
 ]
 
 
@@ -84,23 +79,6 @@ class Campaign:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunRecord:
-    """What the store knows of a run file; the samples are only in the file."""
-
-    id: str
-    campaign_id: str
-    test: str
-    held_out: bool
-    status: str
-    location: str  # where the run files' keeper finds it
-    size_bytes: int
-    sha256: str
-    samples: int
-    sample_rate_hz: float
-    created: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Event:
     """One thing that happened to a campaign, in the order in which it happened."""
 
@@ -110,66 +88,10 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Lease:
-    """The right of one worker to drive one rig; ``token`` rises with every new holder."""
-
-    rig: str
-    owner: str
-    token: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class RigRecord:
-    """One rig as the store sees it: who drives it and what waits for it."""
+    """One rig: which worker drives it and what waits for it."""
 
     url: str
     worker: str  # empty: nobody holds it
     running: str  # id of the running campaign; empty: none
     accepted: int  # campaigns that wait
-
-
-class ExplanationState(StrEnum):
-    """Where an explanation stands; the last three are final."""
-
-    ACCEPTED = "accepted"
-    RUNNING = "running"
-    DONE = "done"
-    FAILED = "failed"
-    CANCELLED = "cancelled"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Explanation:
-    """A gap to be explained: a base model, the runs, and how far the work is. Times are seconds since 1970, UTC."""
-
-    number: int  # the order of acceptance
-    id: str
-    name: str
-    campaign_id: str  # empty: the runs are not those of one campaign
-    model: Mapping[str, Any] | None  # the JSON of a model file; None: the runs hold the simulation
-    runs: tuple[str, ...]  # ids of captured or uploaded runs
-    held_out: tuple[str, ...]
-    state: ExplanationState
-    phase: str
-    done: float  # 0 … 1
-    reason: str  # why it failed or was cancelled
-    verdict: str
-    effects: tuple[tuple[str, float], ...]  # name and confidence
-    created_at_s: float
-    started_at_s: float | None
-    ended_at_s: float | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Upload:
-    """A run file that came from elsewhere."""
-
-    id: str
-    name: str
-    location: str  # where the run files' keeper finds it
-    size_bytes: int
-    sha256: str
-    specimen: str
-    status: str
-    samples: int
-    sample_rate_hz: float

@@ -1,62 +1,37 @@
-"""The campaign store: what was asked for, how far it is, and what became of it."""
+"""Campaigns in the store: what was asked for, how far it is, and how it ended."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Sequence
-from types import TracebackType
-from typing import Any, Self
+from collections.abc import Sequence
+from typing import Any
 from uuid import uuid4
 
 from sqlalchemy import ColumnElement, Connection, Row, Select, func, select, update
 
 from api.campaigns.new_campaign import NewCampaign
 from api.campaigns.orders import ENDS, Asked, then
-from api.campaigns.records import Campaign, CampaignState, CampaignTest, Event, RigRecord, RunRecord, TestState
-from api.errors import Conflict, NotFound
-from api.store.database import migrate, open_engine, reading, writing
-from api.store.tables import campaigns, events, leases, runs, tests
+from api.campaigns.records import Campaign, CampaignState, CampaignTest, Event, RigRecord, TestState
+from api.errors import Conflict
+from api.store.campaign_numbers import campaign_number, unknown_campaign
+from api.store.clock import now
+from api.store.database import Database
+from api.store.leases import holders
+from api.store.tables import campaigns, events, tests
 
-__all__ = ["OPEN_STATES", "Store", "read_campaign", "record_event"]
+__all__ = ["OPEN_STATES", "CampaignStore", "end_campaign", "read_campaign", "record_event", "rig_resource"]
 
 OPEN_STATES = (CampaignState.ACCEPTED, CampaignState.RUNNING)
 
 
-class Store:
-    """Campaigns in a database. Safe to use from many threads; every call is one transaction.
+class CampaignStore:
+    """Campaigns in the database. Safe to use from many threads; every call is one transaction."""
 
-    Every method raises StoreError where the database does not answer by its deadline.
-    """
-
-    def __init__(self, url: str, *, clock: Callable[[], float] = time.time) -> None:
-        self.engine = open_engine(url)
-        self.clock = clock
-        try:
-            migrate(self.engine)
-        except BaseException:
-            self.engine.dispose()
-            raise
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        self.engine.dispose()
-
-    def ping(self) -> None:
-        """Raises StoreError where the database does not answer."""
-        with reading(self.engine) as connection:
-            connection.execute(select(func.count()).select_from(leases))
+    def __init__(self, database: Database) -> None:
+        self._database = database
 
     def create(self, new: NewCampaign) -> Campaign:
         """Accept a campaign: from now on it is never lost."""
-        now = self.clock()
-        with writing(self.engine) as connection:
+        with self._database.writing() as connection:
             row = campaigns.insert().values(
                 id=uuid4().hex,
                 name=new.name,
@@ -66,16 +41,16 @@ class Store:
                 interlocks=new.interlocks,
                 state=CampaignState.ACCEPTED,
                 reason="",
-                created_at_s=now,
+                created_at_s=now(),
             )
             number = connection.scalars(row.returning(campaigns.c.number)).one()
             connection.execute(tests.insert(), [_test_row(number, k, new) for k in range(len(new.plan.tests))])
-            record_event(connection, number, now, "accepted")
+            record_event(connection, number, "accepted")
             return read_campaign(connection, campaigns.c.number == number)
 
     def campaign(self, campaign_id: str) -> Campaign:
         """One campaign; raises NotFound."""
-        with reading(self.engine) as connection:
+        with self._database.reading() as connection:
             return read_campaign(connection, campaigns.c.id == campaign_id, campaign_id)
 
     def campaigns(
@@ -87,7 +62,7 @@ class Store:
             query = query.where(campaigns.c.number < before)
         if state is not None:
             query = query.where(campaigns.c.state == state)
-        with reading(self.engine) as connection:
+        with self._database.reading() as connection:
             return _read_campaigns(connection, query)
 
     def abort(self, campaign_id: str, reason: str) -> Campaign:
@@ -99,17 +74,16 @@ class Store:
 
         Raises NotFound, and Conflict where the campaign is not in a state for that.
         """
-        now = self.clock()
-        with writing(self.engine) as connection:
+        with self._database.writing() as connection:
             query = select(campaigns).where(campaigns.c.id == campaign_id).with_for_update()
             row = connection.execute(query).one_or_none()
             if row is None:
-                raise _unknown(campaign_id)
+                raise unknown_campaign(campaign_id)
             match CampaignState(row.state):
                 case CampaignState.RUNNING:
-                    _ask_running(connection, row, wish, reason, now)
+                    _ask_running(connection, row, wish, reason)
                 case CampaignState.ACCEPTED if wish in ENDS:
-                    end_campaign(connection, row.number, CampaignState.ABORTED, reason, now)
+                    end_campaign(connection, row.number, CampaignState.ABORTED, reason)
                 case CampaignState.ABORTED if wish in ENDS:
                     pass
                 case _:
@@ -117,34 +91,19 @@ class Store:
                     raise Conflict(f"campaign {campaign_id} is {row.state}: only {which} can {_verb(wish)}")
             return read_campaign(connection, campaigns.c.number == row.number)
 
-    def runs(self, campaign_id: str) -> tuple[RunRecord, ...]:
-        """The captured runs of a campaign in the order of capture; raises NotFound."""
-        with reading(self.engine) as connection:
-            return _read_runs(connection, campaign_id)
-
-    def run(self, campaign_id: str, run_id: str) -> RunRecord:
-        """One captured run; raises NotFound."""
-        found = [run for run in self.runs(campaign_id) if run.id == run_id]
-        if not found:
-            raise NotFound(f"campaign {campaign_id} has no run {run_id!r:.60}")
-        return found[0]
-
     def events(self, campaign_id: str) -> tuple[Event, ...]:
         """What happened to a campaign, in order; raises NotFound."""
-        with reading(self.engine) as connection:
-            number = _number(connection, campaign_id)
+        with self._database.reading() as connection:
+            number = campaign_number(connection, campaign_id)
             rows = connection.execute(select(events).where(events.c.campaign == number).order_by(events.c.number))
             return tuple(Event(number=row.number, at_s=row.at_s, text=row.text) for row in rows)
 
     def rigs(self) -> tuple[RigRecord, ...]:
         """Every rig that a campaign has named, by its address."""
-        now = self.clock()
         waiting = func.sum((campaigns.c.state == CampaignState.ACCEPTED).cast(campaigns.c.number.type))
         query = select(campaigns.c.rig, waiting.label("accepted")).group_by(campaigns.c.rig).order_by(campaigns.c.rig)
-        with reading(self.engine) as connection:
-            holders = {
-                row.rig: row.owner for row in connection.execute(select(leases).where(leases.c.expires_at_s > now))
-            }
+        with self._database.reading() as connection:
+            workers = holders(connection)
             running = {
                 row.rig: row.id
                 for row in connection.execute(
@@ -154,7 +113,7 @@ class Store:
             return tuple(
                 RigRecord(
                     url=row.rig,
-                    worker=holders.get(row.rig, ""),
+                    worker=workers.get(rig_resource(row.rig), ""),
                     running=running.get(row.rig, ""),
                     accepted=int(row.accepted),
                 )
@@ -164,50 +123,51 @@ class Store:
     def rigs_with_work(self) -> tuple[str, ...]:
         """The rigs that have a campaign which has not ended."""
         query = select(campaigns.c.rig).where(campaigns.c.state.in_(OPEN_STATES)).distinct()
-        with reading(self.engine) as connection:
+        with self._database.reading() as connection:
             return tuple(connection.scalars(query.order_by(campaigns.c.rig)))
 
 
-def _ask_running(connection: Connection, row: Row[Any], wish: Asked, reason: str, now: float) -> None:
+def _ask_running(connection: Connection, row: Row[Any], wish: Asked, reason: str) -> None:
     """Any: SQLAlchemy's rows know their columns only when they run."""
-    now_asked = then(Asked(row.asked), wish)
-    if now_asked is None:
+    after = then(Asked(row.asked), wish)
+    if after is None:
         raise Conflict(f"campaign {row.id} is ending, {row.asked} was asked for: it can not {_verb(wish)}")
-    if now_asked != row.asked:
-        _set(connection, row.number, asked=now_asked, abort_reason=reason if now_asked in ENDS else None)
-        record_event(connection, row.number, now, f"{now_asked or 'resume'} asked for: {reason}")
+    if after != row.asked:
+        _set(connection, row.number, asked=after, abort_reason=reason if after in ENDS else None)
+        record_event(connection, row.number, f"{after or 'resume'} asked for: {reason}")
 
 
 def _verb(wish: Asked) -> str:
     return {Asked.NOTHING: "resume", Asked.ABORT: "be aborted"}.get(wish, str(wish))
 
 
-def record_event(connection: Connection, number: int, at_s: float, text: str) -> None:
+def rig_resource(rig: str) -> str:
+    """What a lease on a rig is a lease on."""
+    return f"rig {rig}"
+
+
+def record_event(connection: Connection, number: int, text: str) -> None:
     """Write down what happened to a campaign."""
-    connection.execute(events.insert().values(campaign=number, at_s=at_s, text=text))
+    connection.execute(events.insert().values(campaign=number, at_s=now(), text=text))
 
 
-def end_campaign(connection: Connection, number: int, state: CampaignState, reason: str, at_s: float) -> None:
+def end_campaign(connection: Connection, number: int, state: CampaignState, reason: str) -> None:
     """Close a campaign: a test that was running ends like the campaign, those that wait are skipped."""
-    _set(connection, number, state=state, reason=reason, asked=Asked.NOTHING, ended_at_s=at_s)
+    _set(connection, number, state=state, reason=reason, asked=Asked.NOTHING, ended_at_s=now())
     last = TestState.ABORTED if state is CampaignState.ABORTED else TestState.FAILED
     for before, after in ((TestState.RUNNING, last), (TestState.WAITING, TestState.SKIPPED)):
         connection.execute(
             update(tests).where(tests.c.campaign == number, tests.c.state == before).values(state=after, phase="")
         )
-    record_event(connection, number, at_s, f"{state}: {reason}" if reason else str(state))
+    record_event(connection, number, f"{state}: {reason}" if reason else str(state))
 
 
 def read_campaign(connection: Connection, where: ColumnElement[bool], name: str = "") -> Campaign:
     """The campaign that ``where`` selects; raises NotFound."""
     found = _read_campaigns(connection, select(campaigns).where(where))
     if not found:
-        raise _unknown(name)
+        raise unknown_campaign(name)
     return found[0]
-
-
-def _unknown(campaign_id: str) -> NotFound:
-    return NotFound(f"there is no campaign {campaign_id!r:.60}: GET /v1/campaigns lists them")
 
 
 def _read_campaigns(connection: Connection, query: Select[Any]) -> tuple[Campaign, ...]:
@@ -271,34 +231,6 @@ def _test_row(number: int, position: int, new: NewCampaign) -> dict[str, Any]:
         "total_samples": test.excitation.samples,
         "text": "",
     }
-
-
-def _read_runs(connection: Connection, campaign_id: str) -> tuple[RunRecord, ...]:
-    number = _number(connection, campaign_id)
-    rows = connection.execute(select(runs).where(runs.c.campaign == number).order_by(runs.c.created, runs.c.id))
-    return tuple(
-        RunRecord(
-            id=row.id,
-            campaign_id=campaign_id,
-            test=row.test,
-            held_out=row.held_out,
-            status=row.status,
-            location=row.location,
-            size_bytes=row.size_bytes,
-            sha256=row.sha256,
-            samples=row.samples,
-            sample_rate_hz=row.sample_rate_hz,
-            created=row.created,
-        )
-        for row in rows
-    )
-
-
-def _number(connection: Connection, campaign_id: str) -> int:
-    number = connection.scalar(select(campaigns.c.number).where(campaigns.c.id == campaign_id))
-    if number is None:
-        raise _unknown(campaign_id)
-    return int(number)
 
 
 def _set(connection: Connection, number: int, **values: object) -> None:

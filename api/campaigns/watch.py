@@ -8,7 +8,7 @@ from threading import Event, Lock, Thread
 from types import TracebackType
 from typing import Self
 
-from api.campaigns.held_rig import Leased
+from api.campaigns.held_rig import HeldRig
 from api.campaigns.live import Live
 from api.campaigns.orders import Asked, Order
 from api.campaigns.records import Campaign
@@ -29,7 +29,7 @@ class Watch:
 
     def __init__(
         self,
-        leased: Leased,
+        held: HeldRig,
         campaign: Campaign,
         live: Live,
         *,
@@ -37,7 +37,7 @@ class Watch:
         poll_s: float,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._leased, self._campaign, self._live, self._now = leased, campaign, live, now
+        self._held, self._campaign, self._live, self._now = held, campaign, live, now
         self._stop, self._poll_s = stop, poll_s
         self._lock = Lock()
         self._position = 0
@@ -92,7 +92,7 @@ class Watch:
 
     def _carry_on(self) -> None:
         while not self._ended.wait(self._poll_s) and self.trouble is None:
-            if self._now() - self._player_at > self._leased.lease_s:
+            if self._now() - self._player_at > self._held.lease.length_s:
                 continue  # the player gives no sign of life: neither does this worker
             try:
                 self._heard(self._tell())
@@ -100,15 +100,15 @@ class Watch:
             except LeaseLost as error:
                 self._troubled(error)
             except StoreError as error:
-                if self._now() - self._store_at > self._leased.lease_s / 2:
+                if self._now() - self._store_at > self._held.lease.length_s / 2:
                     self._troubled(error)
 
     def _tell(self) -> Order:
         with self._lock:
             position, latest, self._latest = self._position, self._latest, None
         if latest is None or latest.phase is Phase.STOPPED:
-            return self._leased.sign_of_life(self._campaign)
-        return self._leased.progress(self._campaign, position, latest.phase, latest.samples, latest.text)
+            return self._held.sign_of_life(self._campaign)
+        return self._held.progress(self._campaign, position, latest.phase, latest.samples, latest.text)
 
     def _heard(self, order: Order) -> None:
         self._asked = order.asked

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import logging
-import os
-import socket
 import time
 from collections.abc import Callable
 from threading import Event, Thread
-from uuid import uuid4
 
-from api.campaigns.held_rig import Leased, acquire
+from api.campaigns.held_rig import HeldRig, hold_rig
 from api.campaigns.live import Live
 from api.campaigns.play import adopt_run_files, play_campaign
 from api.campaigns.records import CampaignState
-from api.campaigns.store import Store
+from api.campaigns.store import CampaignStore
 from api.errors import LeaseLost, StoreError, one_line
 from api.settings import Settings
-from api.store.runs import RunFiles
+from api.store.database import Database
+from api.store.leases import new_owner
+from api.store.runs import RunStore
 
 __all__ = ["Workers", "work"]
 
@@ -25,38 +24,40 @@ LOG = logging.getLogger("damper_rig.worker")
 LEFT_OPEN = "the worker that ran it gave no sign of life before its lease ended"
 
 
-def work(store: Store, files: RunFiles, live: Live, *, rig: str, owner: str, settings: Settings, stop: Event) -> None:
+def work(
+    database: Database, runs: RunStore, live: Live, *, rig: str, owner: str, settings: Settings, stop: Event
+) -> None:
     """Play every campaign that waits for a rig, in order; returns when none waits or ``stop`` is set.
 
     Returns at once where another worker holds the rig. What a dead worker left running is closed first.
     """
-    leased = acquire(store, rig, owner, settings.lease_s)
-    if leased is None:
+    held = hold_rig(database, rig, owner, settings.lease_s)
+    if held is None:
         return
     try:
-        close_left_open(leased, files)
-        while not stop.is_set() and (campaign := leased.take_next()) is not None:
-            play_campaign(leased, campaign, files, live, stop=stop, poll_s=settings.poll_s)
+        close_left_open(held, runs)
+        while not stop.is_set() and (campaign := held.take_next()) is not None:
+            play_campaign(held, campaign, runs, live, stop=stop, poll_s=settings.poll_s)
     finally:
-        leased.release()
+        held.release()
 
 
-def close_left_open(leased: Leased, files: RunFiles) -> None:
+def close_left_open(held: HeldRig, runs: RunStore) -> None:
     """Close as failed what a worker that died left running, keeping every sample that reached the disk."""
-    for campaign in leased.left_open():
-        refused = adopt_run_files(leased, campaign, files)
-        leased.end(campaign, CampaignState.FAILED, "; ".join((LEFT_OPEN, *refused)))
+    for campaign in held.left_open():
+        refused = adopt_run_files(held, campaign, runs)
+        held.end(campaign, CampaignState.FAILED, "; ".join((LEFT_OPEN, *refused)))
 
 
 class Workers:
-    """Sees to it that every rig with work has a worker, as long as it runs."""
+    """One worker thread for every rig that has work, from start to stop."""
 
-    def __init__(self, store: Store, files: RunFiles, live: Live, settings: Settings) -> None:
-        self._settings, self._store = settings, store
+    def __init__(self, database: Database, runs: RunStore, live: Live, settings: Settings) -> None:
+        self._settings, self._campaigns = settings, CampaignStore(database)
         self._stop = Event()
-        self._owner = f"{socket.gethostname()}:{os.getpid()}:{uuid4().hex[:8]}"
+        self._owner = new_owner()
         self._work: Callable[[str], None] = lambda rig: work(
-            store, files, live, rig=rig, owner=self._owner, settings=settings, stop=self._stop
+            database, runs, live, rig=rig, owner=self._owner, settings=settings, stop=self._stop
         )
         self._threads: dict[str, Thread] = {}
         self._supervisor = Thread(target=self._supervise, name="workers", daemon=True)
@@ -78,7 +79,7 @@ class Workers:
     def _supervise(self) -> None:
         while not self._stop.wait(self._settings.poll_s):
             try:
-                rigs = self._store.rigs_with_work()
+                rigs = self._campaigns.rigs_with_work()
             except StoreError as error:
                 LOG.error("%s", one_line(error))
                 continue

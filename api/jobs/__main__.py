@@ -1,7 +1,7 @@
-"""One explanation as a process of its own: ``python -m api.explain_job``, its task a line of JSON on standard input.
+"""The process of a job: ``python -m api.jobs``, its task a line of JSON on standard input.
 
-It answers with lines of JSON: ``{"done": 0.4, "text": "…"}`` on the way, then what it found, ``{"refused": "…",
-"status": 422}`` or ``{"failed": "…"}``. It ends when standard input closes: when the service has died.
+It answers with lines of JSON: ``{"done": 0.4, "text": "…"}`` on the way, then ``{"result": {…}}``, ``{"refused": "…"}``
+where its input can't be used, or ``{"failed": "…"}``. It ends when standard input closes: when the service has died.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 __all__ = ["main"]
 
-_NICE = 10  # a rig that is being driven comes first
+_NICE = 10  # lower priority than rig control
 
 
 def main() -> int:
@@ -24,34 +24,36 @@ def main() -> int:
 
     if hasattr(os, "nice"):
         os.nice(_NICE)
-    task = json.loads(sys.stdin.readline())
+    given = json.loads(sys.stdin.readline())
     end_with_parent()
     try:
-        _say(_done(task))
-    except Exception as error:  # noqa: BLE001 - the last door of this process: the service tells what it was
+        _say({"result": _do(given)})
+    except Exception as error:  # noqa: BLE001 - the last frame of this process: the service reports what it was
         outcome = outcome_of(error)
         if outcome is not None and outcome.http_status < 500:
-            _say({"refused": one_line(error), "status": outcome.http_status})
+            _say({"refused": one_line(error)})
         else:
             _say({"failed": f"{type(error).__name__}: {one_line(error)}"})
     return 0
 
 
-def _done(task: dict[str, Any]) -> dict[str, Any]:
+def _do(given: dict[str, Any]) -> dict[str, Any]:
     # Any: JSON, made by api.jobs.process and nobody else
-    from identification.discrepancy import explain, prepared, report_data, write_report
-    from identification.physical.modelfile import model_from_json
-    from rigctl.runfile import read_run
+    from api.jobs.kind import Task
+    from api.jobs.kinds import KINDS
 
-    model = None if task["model"] is None else model_from_json(task["model"])
-    runs, held_out = ([read_run(path) for path in task[key]] for key in ("runs", "held_out"))
-    if not task["output"]:
-        prepared(model, runs, held_out or None)
-        return {"refused": ""}
-    found = explain(model, runs, held_out or None, on_progress=lambda text, done: _say({"done": done, "text": text}))
-    write_report(found, Path(task["output"]), reproduce=task["reproduce"])
-    report = report_data(found)
-    return {"verdict": report["verdict"], "effects": [[e["element"], e["confidence"]] for e in report["effects"]]}
+    kind = KINDS[given["kind"]]
+    task = Task(
+        request=given["request"],
+        runs=tuple(map(Path, given["runs"])),
+        held_out=tuple(map(Path, given["held_out"])),
+    )
+    if not given["folder"]:
+        kind.check(task)
+        return {}
+    folder = Path(given["folder"])
+    folder.mkdir(parents=True, exist_ok=True)
+    return kind.run(task, folder, lambda done, text: _say({"done": done, "text": text}))
 
 
 def _say(line: dict[str, Any]) -> None:

@@ -1,24 +1,27 @@
-"""What a gap to be explained must be to be accepted: checked at the door, before anything is kept."""
+"""The kind ``explain``: what the simulation is missing, as `damper-rig explain` finds it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from api.campaigns.new_campaign import check_text
 from api.errors import InputError
-from identification.errors import ModelError
-from identification.physical.modelfile import model_from_json
+from api.jobs.kind import Kind, Progress, Task
+from api.jobs.model_option import check_model, model_name
+from api.jobs.run_choice import check_choice
 
-__all__ = ["NewExplanation"]
+if TYPE_CHECKING:
+    from identification.physical.model import Model
+    from rigctl.runfile import Run
 
-_MOST_RUNS = 200
-_SOURCES = ("campaign", "rig", "runs")
+__all__ = ["EXPLAIN", "ExplainRequest"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class NewExplanation:
-    """A body of POST /v1/explanations: a base model and the runs of one specimen.
+class ExplainRequest:
+    """Name what a model lacks, from the runs of one specimen.
 
     The runs are those of a ``campaign``, all complete ones of a ``rig`` (of one ``specimen``, where it is given), or
     ``runs`` and ``held_out`` by their ids. ``simulated``: no model, the runs hold a channel force_simulated.
@@ -28,6 +31,7 @@ class NewExplanation:
 
     __pydantic_config__: ClassVar[dict[str, Any]] = {"extra": "forbid"}
 
+    kind: Literal["explain"] = "explain"
     name: str = ""
     model: dict[str, Any] | None = field(default=None, repr=False)  # any JSON: the model file's reader checks it
     simulated: bool = False
@@ -38,31 +42,57 @@ class NewExplanation:
     held_out: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        for key in ("name", "campaign", "rig", "specimen"):
-            if getattr(self, key):
-                check_text(key, getattr(self, key), 500 if key == "rig" else 200)
-        self._check_runs()
-        self._check_model()
-
-    def _check_runs(self) -> None:
-        given = [key for key in _SOURCES if getattr(self, key)]
-        if not given:
-            raise InputError("give at least one measured run: a campaign, a rig, or runs by their ids")
-        if len(given) > 1:
-            raise InputError(f"{' and '.join(given)} are given: the runs come from one of them")
-        if self.held_out and not self.runs:
-            raise InputError("held_out goes with runs: those of a campaign or a rig are told apart by their tests")
-        if self.specimen and not self.rig:
-            raise InputError("specimen goes with rig: it chooses among the runs of a rig")
-        count = len(self.runs) + len(self.held_out)
-        if count > _MOST_RUNS:
-            raise InputError(f"runs and held_out have {count} entries: at most {_MOST_RUNS}")
-
-    def _check_model(self) -> None:
+        check_choice(self)
         if self.simulated == (self.model is not None):
             raise InputError("give either a model, or simulated: true where the runs hold a channel force_simulated")
         if self.model is not None:
-            try:
-                model_from_json(self.model)
-            except ModelError as error:
-                raise ModelError(f"model: {error}") from error
+            check_model(self.model)
+
+    @property
+    def title(self) -> str:
+        return "the given simulation" if self.model is None else model_name(self.model)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        return {"model": self.model}
+
+
+def _check(task: Task) -> None:
+    from identification.discrepancy import prepared
+
+    model, runs, held_out = _read(task)
+    prepared(model, runs, held_out)
+
+
+def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
+    from identification.discrepancy import explain, report_data, write_report
+
+    model, runs, held_out = _read(task)
+    found = explain(model, runs, held_out, on_progress=lambda text, done: tell(done, text))
+    write_report(found, folder, reproduce=_command(task.request))
+    report = report_data(found)
+    return {"verdict": report["verdict"], "effects": [[e["element"], e["confidence"]] for e in report["effects"]]}
+
+
+def _read(task: Task) -> tuple[Model | None, Sequence[Run], Sequence[Run] | None]:
+    from identification.physical.modelfile import model_from_json
+    from rigctl.runfile import read_run
+
+    model = None if task.request["model"] is None else model_from_json(task.request["model"])
+    return model, [read_run(path) for path in task.runs], [read_run(path) for path in task.held_out] or None
+
+
+def _command(request: Mapping[str, Any]) -> str:
+    """The command that makes the report again from the files that the service gives out."""
+    runs, held_out = (" ".join(f"{name}.h5" for name in request[key]) for key in ("runs", "held_out"))
+    model = "--simulated" if request["model"] is None else "MODEL.json"
+    return f"damper-rig explain {model} {runs}{f' --held-out {held_out}' if held_out else ''} -o report"
+
+
+EXPLAIN = Kind(
+    name="explain",
+    request=ExplainRequest,
+    files={"report.json": "application/json", "report.html": "text/html", "model.json": "application/json"},
+    check=_check,
+    run=_run,
+)

@@ -1,13 +1,14 @@
-"""A process that explains, or only looks whether its input would be refused, seen from the service."""
+"""The process of a job, seen from the service: started, followed, and always ended."""
 
 from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Thread
 from types import TracebackType
@@ -16,36 +17,38 @@ from typing import Any, Self
 from api.errors import InputError, ProcessError
 from identification.errors import DataError
 
-__all__ = ["Finding", "Job", "refuse"]
+__all__ = ["Answer", "JobProcess", "check_in_process"]
 
 _CHECK_S = 120.0
 _END_S = 5.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
-    """What a process answered: what it found, or in one line why it found nothing."""
+class Answer:
+    """What a process said last: the figures of its result, or in one line why there is none. Any: JSON."""
 
-    verdict: str = ""
-    effects: tuple[tuple[str, float], ...] = ()
-    trouble: str = ""
-    refused: bool = False  # the trouble is with the input
+    result: Mapping[str, Any] = field(default_factory=dict)
+    failure: str = ""
+    refused: bool = False  # the failure is one of the input
 
 
-class Job:
-    """One task in a process of its own; it ends when this process dies. ``progress`` is (share done, phase)."""
+class JobProcess:
+    """One job in a process of its own; it ends when this process dies. ``progress`` is (share done, phase).
+
+    With ``folder`` None it only checks whether the input would be refused.
+    """
 
     def __init__(
         self,
-        model: Mapping[str, Any] | None,  # the JSON of a model file
+        kind: str,
+        request: Mapping[str, Any],  # JSON
         runs: Sequence[Path],
         held_out: Sequence[Path],
         *,
-        output: Path | None,  # None: only look
-        reproduce: str = "",
+        folder: Path | None,
     ) -> None:
         self.progress = (0.0, "starting")
-        self._answer: dict[str, Any] = {}  # any JSON that the process says last
+        self._last: dict[str, Any] = {}  # any JSON that the process says last
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "api.jobs"],
             stdin=subprocess.PIPE,
@@ -54,16 +57,16 @@ class Job:
             env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
         )
         task = {
-            "model": model,
+            "kind": kind,
+            "request": dict(request),
             "runs": [str(path) for path in runs],
             "held_out": [str(path) for path in held_out],
-            "output": "" if output is None else str(output),
-            "reproduce": reproduce,
+            "folder": "" if folder is None else str(folder),
         }
         assert self._process.stdin is not None  # a pipe was asked for
         self._process.stdin.write(json.dumps(task).encode() + b"\n")
         self._process.stdin.flush()
-        self._reader = Thread(target=self._read, name="output of explain", daemon=True)
+        self._reader = Thread(target=self._read, name=f"output of {kind}", daemon=True)
         self._reader.start()
 
     def __enter__(self) -> Self:
@@ -72,7 +75,7 @@ class Job:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._process.kill()  # nothing where it has ended
+        self._kill()
         self._process.wait(_END_S)
         self._reader.join(_END_S)
         for stream in (self._process.stdin, self._process.stdout):
@@ -92,16 +95,24 @@ class Job:
         self._reader.join(_END_S)
         return True
 
-    def finding(self) -> Finding:
+    def answer(self) -> Answer:
         """What it answered; call it when it has ended."""
-        answer = self._answer
-        if "verdict" in answer:
-            return Finding(verdict=answer["verdict"], effects=tuple((n, c) for n, c in answer["effects"]))
-        if "failed" in answer:
-            return Finding(trouble=answer["failed"])
-        if "refused" in answer:
-            return Finding(trouble=answer["refused"], refused=bool(answer["refused"]))
-        return Finding(trouble=f"the process that explained it ended without an answer ({self._process.returncode})")
+        match self._last:
+            case {"result": result}:
+                return Answer(result=result)
+            case {"refused": why}:
+                return Answer(failure=why, refused=True)
+            case {"failed": why}:
+                return Answer(failure=why)
+        return Answer(failure=f"the process of the job ended without an answer ({self._process.returncode})")
+
+    def _kill(self) -> None:
+        if self._process.poll() is not None:
+            return
+        if hasattr(os, "killpg"):
+            os.killpg(self._process.pid, signal.SIGKILL)  # with every process that it has started
+        else:
+            self._process.kill()
 
     def _read(self) -> None:
         assert self._process.stdout is not None  # a pipe was asked for
@@ -110,14 +121,14 @@ class Job:
             if "done" in said:
                 self.progress = (float(said["done"]), str(said["text"]))
             else:
-                self._answer = said
+                self._last = said
 
 
-def refuse(model: Mapping[str, Any] | None, runs: Sequence[Path], held_out: Sequence[Path]) -> None:
-    """Raise DataError, in the words of the command line, where this model and these runs can't be explained."""
-    with Job(model, runs, held_out, output=None) as job:
-        if not job.ended(_CHECK_S):
+def check_in_process(kind: str, request: Mapping[str, Any], runs: Sequence[Path], held_out: Sequence[Path]) -> None:
+    """Raise DataError, in the words of the command line, where a job of this kind would be refused. Any: JSON."""
+    with JobProcess(kind, request, runs, held_out, folder=None) as process:
+        if not process.ended(_CHECK_S):
             raise InputError(f"{len(runs) + len(held_out)} runs: not read within {_CHECK_S:g} s: give fewer")
-        found = job.finding()
-    if found.trouble:
-        raise DataError(found.trouble) if found.refused else ProcessError(found.trouble)
+        answer = process.answer()
+    if answer.failure:
+        raise DataError(answer.failure) if answer.refused else ProcessError(answer.failure)

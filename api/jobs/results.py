@@ -1,32 +1,47 @@
-"""Where reports are kept: the only place that knows."""
+"""The files of results: where they are kept, and for how long; the only place that knows."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from shutil import rmtree
 
-from api.campaigns.records import Explanation, ExplanationState
 from api.errors import Conflict, NotFound
+from api.jobs.records import Job, JobState
+from api.jobs.store import JobStore
 
-__all__ = ["Reports"]
+__all__ = ["Results", "remove_old_results"]
 
 
 @dataclass(frozen=True, slots=True)
-class Reports:
-    """Report folders below one folder, one for each explanation."""
+class Results:
+    """Result folders below one folder, one for each job."""
 
     root: Path
 
-    def work_dir(self, explanation_id: str) -> Path:
-        """Where the report of an explanation is written."""
-        return self.root / explanation_id
+    def folder(self, job_id: str) -> Path:
+        """Where the files of a job are written."""
+        return self.root / job_id
 
-    def local(self, asked: Explanation, name: str) -> Path:
-        """A file of a report; raises Conflict where there is no report yet, NotFound where the file is gone."""
-        if asked.state is not ExplanationState.DONE:
-            why = f": {asked.reason}" if asked.reason else ""
-            raise Conflict(f"explanation {asked.id} is {asked.state}{why}: only one that is done has a report")
-        path = self.work_dir(asked.id) / name
+    def file(self, job: Job, name: str, *, noun: str = "job") -> Path:
+        """A file of a result; raises Conflict where the job is not done, NotFound where the file is gone."""
+        if job.state is not JobState.DONE:
+            why = f": {job.reason}" if job.reason else ""
+            raise Conflict(f"{noun} {job.id} is {job.state}{why}: only one that is done has {name}")
+        path = self.folder(job.id) / name
         if not path.is_file():
-            raise NotFound(f"{name} of explanation {asked.id} is gone from the reports: ask for it again")
+            raise NotFound(f"{name} of {noun} {job.id} is gone from the results: ask for it again")
         return path
+
+    def remove(self, job_id: str) -> None:
+        """Remove what is there of a result; silent where there is nothing."""
+        rmtree(self.folder(job_id), ignore_errors=True)
+
+
+def remove_old_results(jobs: JobStore, results: Results, *, keep_s: float) -> int:
+    """Remove the files of every job that ended longer ago than that; its record stays. Returns how many."""
+    old = jobs.with_files_older_than(keep_s)
+    for job_id in old:
+        results.remove(job_id)
+        jobs.files_removed(job_id)
+    return len(old)

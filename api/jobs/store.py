@@ -1,245 +1,141 @@
-"""Explanations in the campaign store: accepted, taken by one service at a time, and ended as they ended."""
+"""Jobs in the store: accepted, listed, cancelled; what a worker writes of the one that it runs is in ``held_job``."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 from uuid import uuid4
 
-from sqlalchemy import Connection, Row, insert, select, update
+from sqlalchemy import Connection, Row, Select, insert, select, update
 
-from api.campaigns.records import Explanation, ExplanationState, RunRecord, Upload
-from api.campaigns.store import Store
-from api.errors import Conflict, LeaseLost, NotFound
-from api.store.database import reading, writing
-from api.store.tables import campaigns, explanations, runs, uploads
+from api.errors import Conflict, NotFound
+from api.jobs.records import Job, JobState
+from api.store.clock import now
+from api.store.database import Database
+from api.store.tables import jobs
 
-__all__ = ["LEFT_OPEN", "ExplanationStore"]
-
-LEFT_OPEN = "the service that worked on it gave no sign of life in time: ask for it again"
+__all__ = ["JobStore", "end_job", "job_resource", "read_job", "set_job"]
 
 
-class ExplanationStore:
-    """A view of the store. Safe to use from many threads; every call is one transaction."""
+class JobStore:
+    """Jobs in the database, of one ``kind`` where it is given; ``noun`` is what messages call one of them.
 
-    def __init__(self, store: Store) -> None:
-        self._engine, self._clock = store.engine, store.clock
+    Safe to use from many threads; every call is one transaction.
+    """
 
-    def create(
-        self, *, name: str, campaign_id: str, model: dict[str, Any] | None, runs: Sequence[str], held_out: Sequence[str]
-    ) -> Explanation:
-        """Accept one: from now on it is never lost. Any: the JSON of a model file."""
-        row = insert(explanations).values(
+    def __init__(self, database: Database, *, kind: str = "", noun: str = "job") -> None:
+        self._database, self._kind, self._noun = database, kind, noun
+
+    def create(self, *, kind: str, name: str, campaign_id: str, request: Mapping[str, Any]) -> Job:
+        """Accept a job: from now on it is never lost. Any: JSON."""
+        row = insert(jobs).values(
             id=uuid4().hex,
+            kind=kind,
             name=name,
             campaign=campaign_id or None,
-            model=model,
-            runs=list(runs),
-            held_out=list(held_out),
-            state=ExplanationState.ACCEPTED,
+            request=dict(request),
+            result={},
+            state=JobState.ACCEPTED,
             phase="",
             done=0.0,
             reason="",
-            verdict="",
-            effects=[],
-            owner="",
-            expires_at_s=0.0,
-            created_at_s=self._clock(),
+            created_at_s=now(),
         )
-        with writing(self._engine) as connection:
-            return _read(connection, connection.scalars(row.returning(explanations.c.id)).one())
+        with self._database.writing() as connection:
+            return read_job(connection, connection.scalars(row.returning(jobs.c.id)).one())
 
-    def one(self, explanation_id: str) -> Explanation:
-        """One explanation; raises NotFound."""
-        with reading(self._engine) as connection:
-            return _read(connection, explanation_id)
+    def one(self, job_id: str) -> Job:
+        """One job; raises NotFound."""
+        with self._database.reading() as connection:
+            return self._read(connection, job_id, self._query())
 
-    def newest(self, *, limit: int = 50, before: int | None = None, campaign_id: str = "") -> tuple[Explanation, ...]:
+    def newest(
+        self, *, limit: int = 50, before: int | None = None, campaign_id: str = "", kind: str = ""
+    ) -> tuple[Job, ...]:
         """The newest first; ``before``: only those accepted before that number."""
-        query = select(explanations).order_by(explanations.c.number.desc()).limit(limit)
+        query = self._query().order_by(jobs.c.number.desc()).limit(limit)
         if before is not None:
-            query = query.where(explanations.c.number < before)
-        if campaign_id:
-            query = query.where(explanations.c.campaign == campaign_id)
-        with reading(self._engine) as connection:
-            return tuple(_explanation(row) for row in connection.execute(query))
+            query = query.where(jobs.c.number < before)
+        for column, value in ((jobs.c.campaign, campaign_id), (jobs.c.kind, kind)):
+            if value:
+                query = query.where(column == value)
+        with self._database.reading() as connection:
+            return tuple(_job(row) for row in connection.execute(query))
 
-    def cancel(self, explanation_id: str, reason: str) -> Explanation:
+    def cancel(self, job_id: str, reason: str) -> Job:
         """Ask for its end: at once where it waits, by its worker where it runs.
 
         Raises NotFound, and Conflict where it has ended in another way.
         """
-        with writing(self._engine) as connection:
-            query = select(explanations).where(explanations.c.id == explanation_id).with_for_update()
-            row = connection.execute(query).one_or_none()
-            if row is None:
-                raise _unknown(explanation_id)
-            match ExplanationState(row.state):
-                case ExplanationState.ACCEPTED:
-                    self._end(connection, row.id, ExplanationState.CANCELLED, reason)
-                case ExplanationState.RUNNING:
-                    _set(connection, row.id, cancel_reason=reason)
-                case ExplanationState.DONE | ExplanationState.FAILED:
-                    raise Conflict(f"explanation {explanation_id} is {row.state}: it can be cancelled no more")
-            return _read(connection, explanation_id)
+        with self._database.writing() as connection:
+            job = self._read(connection, job_id, self._query().with_for_update())
+            match job.state:
+                case JobState.ACCEPTED:
+                    end_job(connection, job_id, JobState.CANCELLED, reason)
+                case JobState.RUNNING:
+                    set_job(connection, job_id, cancel_reason=reason)
+                case JobState.DONE | JobState.FAILED:
+                    raise Conflict(f"{self._noun} {job_id} is {job.state}: it can be cancelled no more")
+            return read_job(connection, job_id)
 
-    def close_left_open(self) -> None:
-        """End as failed what runs in the store though its service is dead."""
-        now = self._clock()
-        dead = (explanations.c.state == ExplanationState.RUNNING) & (explanations.c.expires_at_s < now)
-        with reading(self._engine) as connection:
-            if connection.scalar(select(explanations.c.id).where(dead).limit(1)) is None:
-                return
-        with writing(self._engine) as connection:
-            connection.execute(
-                update(explanations)
-                .where(dead)
-                .values(state=ExplanationState.FAILED, reason=LEFT_OPEN, phase="", ended_at_s=now)
-            )
+    def with_files_older_than(self, age_s: float) -> tuple[str, ...]:
+        """Ids of the jobs that ended so long ago and whose files are still there."""
+        old = (jobs.c.state == JobState.DONE) & jobs.c.removed_at_s.is_(None) & (jobs.c.ended_at_s < now() - age_s)
+        with self._database.reading() as connection:
+            return tuple(connection.scalars(select(jobs.c.id).where(old).order_by(jobs.c.number)))
 
-    def take_next(self, owner: str, lease_s: float) -> Explanation | None:
-        """The one that has waited longest, now running here; None where none waits."""
-        waiting = select(explanations.c.id).where(explanations.c.state == ExplanationState.ACCEPTED)
-        first = waiting.order_by(explanations.c.number).limit(1)
-        with reading(self._engine) as connection:
-            if connection.scalar(first) is None:
-                return None
-        now = self._clock()
-        with writing(self._engine) as connection:
-            found = connection.scalar(first.with_for_update(skip_locked=True))
-            if found is None:
-                return None
-            _set(
-                connection,
-                found,
-                state=ExplanationState.RUNNING,
-                owner=owner,
-                expires_at_s=now + lease_s,
-                started_at_s=now,
-            )
-            return _read(connection, found)
+    def files_removed(self, job_id: str) -> None:
+        """Write down that the files of its result are gone."""
+        with self._database.writing() as connection:
+            set_job(connection, job_id, removed_at_s=now())
 
-    def sign_of_life(self, explanation_id: str, owner: str, lease_s: float, phase: str, done: float) -> str | None:
-        """Write down how far it is; the reason where somebody has asked for its end. Raises LeaseLost."""
-        with writing(self._engine) as connection:
-            _held(connection, explanation_id, owner, expires_at_s=self._clock() + lease_s, phase=phase, done=done)
-            query = select(explanations.c.cancel_reason).where(explanations.c.id == explanation_id)
-            return connection.scalar(query)
+    def _query(self) -> Select[Any]:
+        return select(jobs).where(jobs.c.kind == self._kind) if self._kind else select(jobs)
 
-    def end(
-        self,
-        explanation_id: str,
-        owner: str,
-        state: ExplanationState,
-        reason: str = "",
-        *,
-        verdict: str = "",
-        effects: Sequence[tuple[str, float]] = (),
-    ) -> None:
-        """How it ended. Raises LeaseLost where this owner has lost it."""
-        found = {"verdict": verdict, "effects": [list(effect) for effect in effects]}
-        with writing(self._engine) as connection:
-            _held(connection, explanation_id, owner, **found)
-            self._end(connection, explanation_id, state, reason)
-
-    def give_back(self, explanation_id: str, owner: str) -> None:
-        """Let another service, or this one when it is up again, begin it anew. Raises LeaseLost."""
-        with writing(self._engine) as connection:
-            _held(
-                connection,
-                explanation_id,
-                owner,
-                state=ExplanationState.ACCEPTED,
-                phase="",
-                done=0.0,
-                started_at_s=None,
-            )
-
-    def keep_upload(self, upload: Upload) -> None:
-        """Take note of a run file that came from elsewhere."""
-        values = {name: getattr(upload, name) for name in Upload.__slots__}
-        with writing(self._engine) as connection:
-            connection.execute(insert(uploads).values(**values, created_at_s=self._clock()))
-
-    def upload(self, upload_id: str) -> Upload:
-        """One uploaded run file; raises NotFound."""
-        with reading(self._engine) as connection:
-            return _upload(connection, upload_id)
-
-    def locations(self, ids: Sequence[str]) -> tuple[str, ...]:
-        """Where the captured or uploaded runs of these ids are kept; raises NotFound."""
-        with reading(self._engine) as connection:
-            return tuple(_location(connection, run_id) for run_id in ids)
-
-    def complete_runs(self, *, campaign_id: str = "", rig: str = "", specimen: str = "") -> tuple[RunRecord, ...]:
-        """Every complete run of a campaign, or of a rig and there of one specimen, in the order of capture."""
-        query = select(runs, campaigns.c.id.label("campaign_id")).join(campaigns).where(runs.c.status == "complete")
-        for column, value in ((campaigns.c.id, campaign_id), (campaigns.c.rig, rig), (campaigns.c.specimen, specimen)):
-            if value:
-                query = query.where(column == value)
-        with reading(self._engine) as connection:
-            rows = connection.execute(query.order_by(runs.c.created, runs.c.id)).all()
-            return tuple(RunRecord(**{n: getattr(row, n) for n in RunRecord.__slots__}) for row in rows)
-
-    def _end(self, connection: Connection, explanation_id: str, state: ExplanationState, reason: str) -> None:
-        done = {"done": 1.0} if state is ExplanationState.DONE else {}
-        _set(connection, explanation_id, state=state, reason=reason, phase="", ended_at_s=self._clock(), **done)
+    def _read(self, connection: Connection, job_id: str, query: Select[Any]) -> Job:
+        row = connection.execute(query.where(jobs.c.id == job_id)).one_or_none()
+        if row is None:
+            raise NotFound(f"there is no {self._noun} {job_id!r:.60}: GET /v1/{self._noun}s lists them")
+        return _job(row)
 
 
-def _held(connection: Connection, explanation_id: str, owner: str, **values: object) -> None:
-    mine = (
-        (explanations.c.id == explanation_id)
-        & (explanations.c.owner == owner)
-        & (explanations.c.state == ExplanationState.RUNNING)
-    )
-    if connection.execute(update(explanations).where(mine).values(**values)).rowcount != 1:
-        raise LeaseLost(f"explanation {explanation_id}: this service has lost it")
+def job_resource(job_id: str) -> str:
+    """What a lease on a job is a lease on."""
+    return f"job {job_id}"
 
 
-def _set(connection: Connection, explanation_id: str, **values: object) -> None:
-    connection.execute(update(explanations).where(explanations.c.id == explanation_id).values(**values))
+def read_job(connection: Connection, job_id: str) -> Job:
+    """The job of an id that is known to be there."""
+    return _job(connection.execute(select(jobs).where(jobs.c.id == job_id)).one())
 
 
-def _unknown(explanation_id: str) -> NotFound:
-    return NotFound(f"there is no explanation {explanation_id!r:.60}: GET /v1/explanations lists them")
+def set_job(connection: Connection, job_id: str, **values: object) -> None:
+    """Write columns of a job."""
+    connection.execute(update(jobs).where(jobs.c.id == job_id).values(**values))
 
 
-def _read(connection: Connection, explanation_id: str) -> Explanation:
-    row = connection.execute(select(explanations).where(explanations.c.id == explanation_id)).one_or_none()
-    if row is None:
-        raise _unknown(explanation_id)
-    return _explanation(row)
+def end_job(connection: Connection, job_id: str, state: JobState, reason: str) -> None:
+    """Close a job."""
+    done = {"done": 1.0} if state is JobState.DONE else {}
+    set_job(connection, job_id, state=state, reason=reason, phase="", ended_at_s=now(), **done)
 
 
-def _explanation(row: Row[Any]) -> Explanation:
+def _job(row: Row[Any]) -> Job:
     # Any: SQLAlchemy's rows know their columns only when they run
-    return Explanation(
+    return Job(
         number=row.number,
         id=row.id,
+        kind=row.kind,
         name=row.name,
         campaign_id=row.campaign or "",
-        model=row.model,
-        runs=tuple(row.runs),
-        held_out=tuple(row.held_out),
-        state=ExplanationState(row.state),
+        request=row.request,
+        result=row.result,
+        state=JobState(row.state),
         phase=row.phase,
         done=row.done,
         reason=row.reason,
-        verdict=row.verdict,
-        effects=tuple((name, confidence) for name, confidence in row.effects),
         created_at_s=row.created_at_s,
         started_at_s=row.started_at_s,
         ended_at_s=row.ended_at_s,
+        removed_at_s=row.removed_at_s,
     )
-
-
-def _upload(connection: Connection, upload_id: str) -> Upload:
-    row = connection.execute(select(uploads).where(uploads.c.id == upload_id)).one_or_none()
-    if row is None:
-        raise NotFound(f"there is no run {upload_id!r:.60}: POST /v1/runs takes one, or give that of a campaign")
-    return Upload(**{name: getattr(row, name) for name in Upload.__slots__})
-
-
-def _location(connection: Connection, run_id: str) -> str:
-    captured = connection.scalar(select(runs.c.location).where(runs.c.id == run_id))
-    return _upload(connection, run_id).location if captured is None else str(captured)

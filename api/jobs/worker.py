@@ -1,36 +1,36 @@
-"""The worker that explains: one explanation at a time in a process of its own, so that a rig never waits for it."""
+"""The worker that runs jobs: one at a time, in a process of lower priority than rig control."""
 
 from __future__ import annotations
 
 import logging
-import os
-import socket
 import time
-from shutil import rmtree
 from threading import Event, Thread
-from uuid import uuid4
 
-from api.campaigns.records import Explanation, ExplanationState
-from api.errors import DoorError, LeaseLost, StoreError, one_line
-from api.jobs.process import Job
-from api.jobs.results import Reports
-from api.jobs.store import ExplanationStore
+from api.errors import ApiError, LeaseLost, StoreError, one_line
+from api.jobs.held_job import HeldJob, close_left_open, take_next
+from api.jobs.process import JobProcess
+from api.jobs.records import JobState
+from api.jobs.results import Results, remove_old_results
+from api.jobs.store import JobStore
 from api.settings import Settings
-from api.store.runs import RunFiles
+from api.store.database import Database
+from api.store.leases import new_owner
+from api.store.runs import RunStore
 
-__all__ = ["Explainer"]
+__all__ = ["JobWorker"]
 
-LOG = logging.getLogger("damper_rig.explainer")
+LOG = logging.getLogger("damper_rig.jobs")
+_REMOVE_EVERY_S = 600.0
 
 
-class Explainer:
-    """Takes what waits, in order, as long as it runs; what a dead service left behind is closed truthfully."""
+class JobWorker:
+    """Runs what waits, in order, as long as it lives; what a dead service left running is closed truthfully."""
 
-    def __init__(self, store: ExplanationStore, files: RunFiles, reports: Reports, settings: Settings) -> None:
-        self._store, self._files, self._reports, self._settings = store, files, reports, settings
-        self._owner = f"{socket.gethostname()}:{os.getpid()}:{uuid4().hex[:8]}"
+    def __init__(self, database: Database, runs: RunStore, results: Results, settings: Settings) -> None:
+        self._database, self._runs, self._results, self._settings = database, runs, results, settings
+        self._owner = new_owner()
         self._stop = Event()
-        self._thread = Thread(target=self._work, name="explainer", daemon=True)
+        self._thread = Thread(target=self._work, name="jobs", daemon=True)
 
     def start(self) -> None:
         self._thread.start()
@@ -41,52 +41,54 @@ class Explainer:
         self._thread.join(self._settings.stop_s)
 
     def _work(self) -> None:
+        remove_at = time.monotonic()
         while not self._stop.wait(self._settings.poll_s):
             try:
-                self._store.close_left_open()
-                asked = self._store.take_next(self._owner, self._settings.lease_s)
-                if asked is not None:
-                    self._explain(asked)
+                if time.monotonic() >= remove_at:
+                    remove_old_results(JobStore(self._database), self._results, keep_s=self._settings.keep_results_s)
+                    remove_at = time.monotonic() + _REMOVE_EVERY_S
+                close_left_open(self._database, self._owner)
+                held = take_next(self._database, self._owner, self._settings.lease_s)
+                if held is not None:
+                    self._run(held)
             except (LeaseLost, StoreError) as error:
                 LOG.error("%s", one_line(error))
-            except Exception:  # a fault of this program ends one explanation, never the worker
-                LOG.exception("explaining ended in a fault of this program")
+            except Exception:  # a fault of this program ends one job, never the worker
+                LOG.exception("a job ended in a fault of this program")
 
-    def _explain(self, asked: Explanation) -> None:
-        """Explain it and write down how it ended; raises LeaseLost and StoreError."""
+    def _run(self, held: HeldJob) -> None:
+        """Run a job and write down how it ended; raises LeaseLost and StoreError."""
+        job = held.job
         try:
-            paths = [
-                [self._files.at(place) for place in self._store.locations(ids)] for ids in (asked.runs, asked.held_out)
-            ]
-            folder = self._reports.work_dir(asked.id)
-            job = Job(asked.model, *paths, output=folder, reproduce=reproduce(asked))
+            paths = self._runs.paths(job.runs), self._runs.paths(job.held_out)
+            process = JobProcess(job.kind, job.request, *paths, folder=self._results.folder(job.id))
         except StoreError:
             raise
-        except (DoorError, OSError) as error:
-            self._store.end(asked.id, self._owner, ExplanationState.FAILED, one_line(error))
+        except (ApiError, OSError) as error:
+            held.end(JobState.FAILED, one_line(error))
             return
-        with job:
-            cancelled = self._followed(asked, job)
+        with process:
+            cancelled = self._follow(held, process)
             if self._stop.is_set():
-                self._store.give_back(asked.id, self._owner)
+                held.give_back()
                 return
-            found = job.finding()
-        if cancelled is not None or found.trouble:
-            rmtree(folder, ignore_errors=True)  # what was begun of a report is none
+            answer = process.answer()
+        if cancelled is not None or answer.failure:
+            self._results.remove(job.id)  # what was begun of a result is none
         if cancelled is not None:
-            self._store.end(asked.id, self._owner, ExplanationState.CANCELLED, cancelled)
-        elif found.trouble:
-            self._store.end(asked.id, self._owner, ExplanationState.FAILED, found.trouble)
+            held.end(JobState.CANCELLED, cancelled)
+        elif answer.failure:
+            held.end(JobState.FAILED, answer.failure)
         else:
-            self._store.end(asked.id, self._owner, ExplanationState.DONE, verdict=found.verdict, effects=found.effects)
+            held.end(JobState.DONE, result=answer.result)
 
-    def _followed(self, asked: Explanation, job: Job) -> str | None:
-        """Wait for the job's end; the reason where somebody asked for it before."""
+    def _follow(self, held: HeldJob, process: JobProcess) -> str | None:
+        """Wait for the process's end; the reason where somebody asked for it before."""
         seen_at = time.monotonic()
-        while not job.ended(self._settings.poll_s) and not self._stop.is_set():
-            done, phase = job.progress
+        while not process.ended(self._settings.poll_s) and not self._stop.is_set():
+            done, phase = process.progress
             try:
-                reason = self._store.sign_of_life(asked.id, self._owner, self._settings.lease_s, phase, done)
+                reason = held.progress(phase, done)
                 seen_at = time.monotonic()
             except StoreError:
                 if time.monotonic() - seen_at > self._settings.lease_s / 2:
@@ -95,11 +97,3 @@ class Explainer:
             if reason is not None:
                 return reason
         return None
-
-
-def reproduce(asked: Explanation) -> str:
-    """The command that makes the report again from the files that the service gives out."""
-    runs = " ".join(f"{name}.h5" for name in asked.runs)
-    held = f" --held-out {' '.join(f'{name}.h5' for name in asked.held_out)}" if asked.held_out else ""
-    model = "--simulated" if asked.model is None else "MODEL.json"
-    return f"damper-rig explain {model} {runs}{held} -o report"

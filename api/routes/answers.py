@@ -1,4 +1,4 @@
-"""What the service answers: the records of the store as JSON, times as ISO 8601 in UTC."""
+"""What the routes answer: the records of the store as JSON, times as ISO 8601 in UTC."""
 
 from __future__ import annotations
 
@@ -7,25 +7,21 @@ from datetime import UTC, datetime
 from pydantic import BaseModel, ConfigDict, JsonValue
 
 from api.campaigns.orders import Asked
-from api.campaigns.records import (
-    Campaign,
-    CampaignState,
-    Event,
-    Explanation,
-    ExplanationState,
-    RigRecord,
-    RunRecord,
-    TestState,
-    Upload,
-)
+from api.campaigns.records import Campaign, CampaignState, Event, RigRecord, TestState
+from api.jobs.kinds import KINDS
+from api.jobs.records import Job, JobState
+from api.store.runs import RunRecord, Upload
 
 __all__ = [
+    "MOST_NUMBER",
     "CampaignAnswer",
     "CampaignList",
     "CampaignSummary",
     "ExplanationAnswer",
     "ExplanationList",
     "Health",
+    "JobAnswer",
+    "JobList",
     "RigList",
     "RunAnswer",
     "RunList",
@@ -33,10 +29,13 @@ __all__ = [
     "answer_run",
     "detail",
     "explanation_answer",
+    "job_answer",
     "rig_answer",
     "summary",
     "upload_answer",
 ]
+
+MOST_NUMBER = 2**31 - 1  # of a campaign or a job in a list: an integer of PostgreSQL
 
 
 class _Answer(BaseModel):
@@ -166,7 +165,7 @@ class ExplanationAnswer(_Answer):
     campaign: str | None
     runs: list[str]
     held_out: list[str]
-    state: ExplanationState
+    state: JobState
     phase: str
     done: float
     reason: str
@@ -184,6 +183,34 @@ class ExplanationList(_Answer):
     """Explanations, the newest first; ``next_before`` asks for the page that follows."""
 
     explanations: list[ExplanationAnswer]
+    next_before: int | None
+
+
+class JobAnswer(_Answer):
+    """One job: how far it is, how it ended, where the files of its result are."""
+
+    number: int
+    id: str
+    kind: str
+    name: str
+    campaign: str | None
+    runs: list[str]
+    held_out: list[str]
+    state: JobState
+    phase: str
+    done: float
+    reason: str
+    result: dict[str, JsonValue]
+    created: str
+    started: str | None
+    ended: str | None
+    files: dict[str, str]
+
+
+class JobList(_Answer):
+    """Jobs, the newest first; ``next_before`` asks for the page that follows."""
+
+    jobs: list[JobAnswer]
     next_before: int | None
 
 
@@ -259,28 +286,40 @@ def upload_answer(upload: Upload) -> UploadAnswer:
     return UploadAnswer(**{name: getattr(upload, name) for name in UploadAnswer.model_fields})
 
 
-def explanation_answer(one: Explanation) -> ExplanationAnswer:
-    here = f"/v1/explanations/{one.id}"
-    done = one.state is ExplanationState.DONE
+def job_answer(job: Job) -> JobAnswer:
+    here = f"/v1/jobs/{job.id}"
+    kind = KINDS.get(job.kind)
+    return JobAnswer(
+        number=job.number,
+        id=job.id,
+        kind=job.kind,
+        name=job.name,
+        campaign=job.campaign_id or None,
+        runs=list(job.runs),
+        held_out=list(job.held_out),
+        state=job.state,
+        phase=job.phase,
+        done=job.done,
+        reason=job.reason,
+        result=dict(job.result),
+        created=_time(job.created_at_s),
+        started=_when(job.started_at_s),
+        ended=_when(job.ended_at_s),
+        files={name: f"{here}/files/{name}" for name in kind.files} if kind and job.has_files else {},
+    )
+
+
+def explanation_answer(job: Job) -> ExplanationAnswer:
+    here = f"/v1/explanations/{job.id}"
+    same = set(ExplanationAnswer.model_fields) & set(JobAnswer.model_fields)
+    effects = job.result.get("effects", [])
     return ExplanationAnswer(
-        number=one.number,
-        id=one.id,
-        name=one.name,
-        campaign=one.campaign_id or None,
-        runs=list(one.runs),
-        held_out=list(one.held_out),
-        state=one.state,
-        phase=one.phase,
-        done=one.done,
-        reason=one.reason,
-        verdict=one.verdict or None,
-        effects=[EffectAnswer(element=name, confidence=confidence) for name, confidence in one.effects],
-        created=_time(one.created_at_s),
-        started=_when(one.started_at_s),
-        ended=_when(one.ended_at_s),
-        report=f"{here}/report.json" if done else None,
-        report_html=f"{here}/report.html" if done else None,
-        model=f"{here}/model.json" if done else None,
+        **{name: value for name, value in job_answer(job) if name in same},
+        verdict=job.result.get("verdict"),
+        effects=[EffectAnswer(element=name, confidence=confidence) for name, confidence in effects],
+        report=f"{here}/report.json" if job.has_files else None,
+        report_html=f"{here}/report.html" if job.has_files else None,
+        model=f"{here}/model.json" if job.has_files else None,
     )
 
 

@@ -7,7 +7,7 @@ from importlib.metadata import version
 from fastapi import APIRouter
 
 from api.routes.answers import Health
-from api.service import Here
+from api.service import ServiceDep
 
 __all__ = ["router"]
 
@@ -15,7 +15,7 @@ router = APIRouter(tags=["health"])
 
 
 @router.get("/healthz")
-def health(here: Here) -> Health:
+def health(service: ServiceDep) -> Health:
     """200 where the campaign store answers, 503 where it does not."""
-    here.store.ping()
+    service.database.ping()
     return Health(status="ok", version=version("damper-rig"))

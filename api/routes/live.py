@@ -13,7 +13,7 @@ from fastapi.responses import StreamingResponse
 
 from api.errors import StoreError, one_line
 from api.routes.answers import CampaignList, ExplanationList, explanation_answer, summary
-from api.service import Here, House
+from api.service import Service, ServiceDep
 
 __all__ = ["router"]
 
@@ -25,18 +25,18 @@ _SILENT_TURNS = 40  # then a comment keeps the connection open through proxies
 
 
 @router.get("", response_class=StreamingResponse)
-async def live(here: Here, request: Request) -> StreamingResponse:
+async def live(service: ServiceDep, request: Request) -> StreamingResponse:
     """Events ``campaigns`` and ``explanations`` (the lists of their GET), ``samples`` (new blocks) and ``trouble``."""
     return StreamingResponse(
-        _events(here, request), media_type="text/event-stream", headers={"Cache-Control": "no-store"}
+        _events(service, request), media_type="text/event-stream", headers={"Cache-Control": "no-store"}
     )
 
 
-async def _events(here: House, request: Request) -> AsyncIterator[str]:
+async def _events(service: Service, request: Request) -> AsyncIterator[str]:
     shown, number, silent = ("", ""), 0, 0
-    while not here.closing.is_set() and not await request.is_disconnected():
-        news = await run_in_threadpool(_news, here)
-        blocks = here.live.after(number)
+    while not service.closing.is_set() and not await request.is_disconnected():
+        news = await run_in_threadpool(_news, service)
+        blocks = service.live.after(number)
         for now, before in zip(news, shown, strict=True):
             if now and now != before:
                 yield now
@@ -51,10 +51,10 @@ async def _events(here: House, request: Request) -> AsyncIterator[str]:
         await asyncio.sleep(_INTERVAL_S)
 
 
-def _news(here: House) -> tuple[str, str]:
+def _news(service: Service) -> tuple[str, str]:
     try:
-        found = here.store.campaigns(limit=_SHOWN)
-        explained = here.explanations.newest(limit=_SHOWN)
+        found = service.campaigns.campaigns(limit=_SHOWN)
+        explained = service.explanations.newest(limit=_SHOWN)
     except StoreError as error:
         return _event("trouble", {"detail": one_line(error)}), ""
     answer = CampaignList(campaigns=[summary(campaign) for campaign in found], next_before=None)

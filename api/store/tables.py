@@ -1,4 +1,4 @@
-"""The tables of the campaign store; ``migrations`` builds them step by step."""
+"""The tables of the store; ``migrations`` builds them step by step."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sqlalchemy import (
     UniqueConstraint,
 )
 
-__all__ = ["METADATA", "campaigns", "events", "explanations", "leases", "runs", "tests", "uploads"]
+__all__ = ["METADATA", "campaigns", "events", "jobs", "leases", "runs", "tests", "uploads"]
 
 METADATA = MetaData(
     naming_convention={
@@ -93,10 +93,10 @@ events = Table(
 leases = Table(
     "leases",
     METADATA,
-    Column("rig", String(512), primary_key=True),
+    Column("resource", String(512), primary_key=True),  # for example "rig modbus://127.0.0.1:5020", "job 6f…"
     Column("owner", Text, nullable=False),
-    Column("token", Integer, nullable=False),
-    Column("expires_at_s", Float, nullable=False),
+    Column("token", String(32), nullable=False),  # new with every holder
+    Column("expires_at_s", Float, nullable=False),  # without a sign of life until then its holder is dead
 )
 
 uploads = Table(
@@ -114,27 +114,24 @@ uploads = Table(
     Column("created_at_s", Float, nullable=False),
 )
 
-explanations = Table(
-    "explanations",
+jobs = Table(
+    "jobs",
     METADATA,
     Column("number", Integer, primary_key=True),
     Column("id", String(32), nullable=False, unique=True),
+    Column("kind", String(32), nullable=False),
     Column("name", Text, nullable=False),
-    Column("campaign", String(32), nullable=True),  # whose runs they are, where they are of one
-    Column("model", JSON(none_as_null=True), nullable=True),  # none: the runs hold the simulation
-    Column("runs", JSON, nullable=False),  # their ids
-    Column("held_out", JSON, nullable=False),
+    Column("campaign", String(32), nullable=True),  # id of the campaign whose runs they are, where they are of one
+    Column("request", JSON, nullable=False),  # what was asked for: ids of the runs, and the options of the kind
+    Column("result", JSON, nullable=False),  # what it came to in figures; the files lie in the result folder
     Column("state", String(16), nullable=False),
     Column("phase", Text, nullable=False),
     Column("done", Float, nullable=False),
     Column("reason", Text, nullable=False),
-    Column("verdict", String(32), nullable=False),
-    Column("effects", JSON, nullable=False),  # name and confidence of each
-    Column("cancel_reason", Text, nullable=True),  # a cancellation that was asked for while it runs
-    Column("owner", Text, nullable=False),
-    Column("expires_at_s", Float, nullable=False),  # without a sign of life until then its owner is dead
+    Column("cancel_reason", Text, nullable=True),  # of a cancellation that was asked for while it runs
     Column("created_at_s", Float, nullable=False),
     Column("started_at_s", Float, nullable=True),
     Column("ended_at_s", Float, nullable=True),
+    Column("removed_at_s", Float, nullable=True),  # when the files of its result were removed for their age
     Index(None, "state"),
 )

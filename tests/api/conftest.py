@@ -1,30 +1,18 @@
-"""Fixtures of the doors: a store on each database, and a campaign that is accepted."""
+"""Fixtures of api: a store on each database, and a campaign that is accepted."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from sqlalchemy import update
 
-from api.campaigns.store import Store
+from api.campaigns.store import CampaignStore
 from api.processes.child import Child
-
-
-class Clock:
-    """Seconds that pass when a test says so."""
-
-    def __init__(self) -> None:
-        self.now_s = 1_000_000.0
-
-    def __call__(self) -> float:
-        return self.now_s
-
-
-@pytest.fixture
-def clock() -> Clock:
-    return Clock()
+from api.store.database import Database
+from api.store.tables import jobs, leases
 
 
 @pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.postgresql)])
@@ -36,9 +24,26 @@ def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
 
 
 @pytest.fixture
-def store(database_url: str, clock: Clock) -> Iterator[Store]:
-    with Store(database_url, clock=clock) as opened:
+def database(database_url: str) -> Iterator[Database]:
+    with Database(database_url) as opened:
         yield opened
+
+
+@pytest.fixture
+def store(database: Database) -> CampaignStore:
+    return CampaignStore(database)
+
+
+@pytest.fixture
+def pass_time(database: Database) -> Callable[[float], None]:
+    """Let seconds pass for every lease and every end of a job: the database's clock itself cannot be moved."""
+
+    def passed(seconds: float) -> None:
+        with database.writing() as connection:
+            connection.execute(update(leases).values(expires_at_s=leases.c.expires_at_s - seconds))
+            connection.execute(update(jobs).values(ended_at_s=jobs.c.ended_at_s - seconds))
+
+    return passed
 
 
 @pytest.fixture

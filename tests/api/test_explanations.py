@@ -3,27 +3,17 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import httpx
 import numpy as np
 import pytest
-from sqlalchemy import select
 
-from api.campaigns.records import ExplanationState
-from api.campaigns.store import Store
 from api.cli.main import main
-from api.errors import Conflict, LeaseLost, NotFound
-from api.jobs.process import Job
-from api.jobs.store import LEFT_OPEN, ExplanationStore
+from api.jobs.held_job import LEFT_OPEN
 from api.processes.child import Child
-from api.store.database import reading
-from api.store.tables import explanations
 from rigctl.runfile import Run, write_run
 from tests.api.browser import browser
 from tests.api.following import ended as campaign_ended
@@ -210,13 +200,6 @@ def test_work_begins_anew_after_a_stop_of_the_service_and_is_said_to_be_lost_aft
     assert (left["state"], left["reason"], left["report"]) == ("failed", LEFT_OPEN, None)
 
 
-def test_a_job_that_is_killed_is_said_to_have_ended_without_an_answer(folder: Path, tmp_path: Path) -> None:
-    with Job(MODEL, [folder / NAMES[0]], [], output=tmp_path / "report") as job:
-        os.kill(job.pid, signal.SIGKILL)
-        assert job.ended(20.0)
-        assert "ended without an answer (-9)" in job.finding().trouble
-
-
 @pytest.mark.browser
 def test_a_test_engineer_asks_in_the_browser_and_reads_the_report(
     service: Child, rig: str, chromium: Path, tmp_path: Path
@@ -240,49 +223,3 @@ def test_a_test_engineer_asks_in_the_browser_and_reads_the_report(
         page.open(link)
         page.wait_for("document.querySelectorAll('.verdict, .js-plotly-plot').length > 1")
         assert page.complaints == []
-
-
-def accept(store: ExplanationStore) -> str:
-    return store.create(name="x", campaign_id="", model=MODEL, runs=["r1"], held_out=[]).id
-
-
-def test_only_the_one_who_took_an_explanation_writes_of_it(store: Store, clock: Any) -> None:
-    kept = ExplanationStore(store)
-    first, second = accept(kept), accept(kept)
-    taken = kept.take_next("me", 20.0)
-    assert taken is not None
-    assert (taken.id, taken.state, taken.model) == (first, ExplanationState.RUNNING, MODEL)
-    assert kept.sign_of_life(first, "me", 20.0, "fitting", 0.5) is None
-    with pytest.raises(LeaseLost):
-        kept.sign_of_life(first, "another", 20.0, "fitting", 0.5)
-    with pytest.raises(LeaseLost):
-        kept.end(first, "another", ExplanationState.DONE)
-    kept.cancel(first, "enough")
-    assert kept.sign_of_life(first, "me", 20.0, "fitting", 0.6) == "enough"
-    kept.end(first, "me", ExplanationState.CANCELLED, "enough")
-    assert [one.id for one in kept.newest()] == [second, first]
-    assert kept.one(first).reason == "enough"
-    kept.take_next("me", 20.0)
-    clock.now_s += 21.0
-    kept.close_left_open()
-    assert (kept.one(second).state, kept.one(second).reason) == (ExplanationState.FAILED, LEFT_OPEN)
-    with pytest.raises(LeaseLost):
-        kept.end(second, "me", ExplanationState.DONE)
-    with pytest.raises(Conflict, match="failed"):
-        kept.cancel(second, "late")
-    with pytest.raises(NotFound, match="GET /v1/explanations"):
-        kept.one("nobody")
-
-
-def test_what_is_given_back_is_taken_again_and_what_found_something_says_it(store: Store) -> None:
-    kept = ExplanationStore(store)
-    one = accept(kept)
-    kept.take_next("me", 20.0)
-    kept.give_back(one, "me")
-    assert kept.take_next("another", 20.0) == replace(kept.one(one), state=ExplanationState.RUNNING)
-    kept.end(one, "another", ExplanationState.DONE, verdict="explained", effects=[("coulomb_friction", 0.99)])
-    done = kept.one(one)
-    assert (done.verdict, done.effects, done.done) == ("explained", (("coulomb_friction", 0.99),), 1.0)
-    assert kept.take_next("another", 20.0) is None
-    with reading(store.engine) as connection:
-        assert connection.execute(select(explanations.c.owner)).scalars().all() == ["another"]

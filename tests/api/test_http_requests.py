@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 
 from api.app import create_app
 from api.settings import Settings
-from api.store.database import writing
 from api.store.tables import campaigns
 from tests.api.serving import serving
 
@@ -195,7 +194,7 @@ def test_whatever_is_sent_the_answer_is_created_or_one_line(
     changed = {**body, place: value} if not inner else {**body, "tests": [{**body["tests"][0], **inner}]}
     response = client.post("/v1/campaigns", content=json.dumps(changed), headers=JSON)
     if response.status_code == 201:  # what happens to be right is accepted: forget it for the next example
-        with writing(app.state.house.store.engine) as connection:
+        with app.state.service.database.writing() as connection:
             connection.execute(campaigns.delete())
     else:
         refused(client, response)
@@ -214,7 +213,7 @@ def test_a_store_that_is_gone_is_503_in_one_line(tmp_path: Path, body: dict[str,
     app = create_app(Settings(data_dir=tmp_path), with_workers=False)
     with serving(app) as client:
         assert client.get("/healthz").json()["status"] == "ok"
-        app.state.house.store.engine.dispose()
+        app.state.service.database.engine.dispose()
         (tmp_path / "damper-rig.db").write_bytes(b"this is not a database" * 1000)
         for name in ("damper-rig.db-wal", "damper-rig.db-shm"):
             (tmp_path / name).unlink(missing_ok=True)
