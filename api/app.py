@@ -11,7 +11,7 @@ from fastapi.concurrency import run_in_threadpool
 
 from api.campaigns.worker import Workers
 from api.jobs.worker import JobWorker
-from api.routes import campaigns, docs, explanations, health, live, page, rigs, runs
+from api.routes import campaigns, docs, explanations, health, jobs, live, page, rigs, runs
 from api.routes.middleware import BodyLimit, SameOrigin
 from api.routes.refusals import answer_errors
 from api.service import open_service
@@ -46,7 +46,7 @@ def create_app(settings: Settings, *, with_workers: bool = True) -> FastAPI:
             service.database.close()
 
     app = FastAPI(title="damper-rig", version=version("damper-rig"), lifespan=lifespan, docs_url=None, redoc_url=None)
-    for routes in (campaigns, rigs, runs, explanations, health, live, page, docs):
+    for routes in (campaigns, rigs, runs, jobs, explanations, health, live, page, docs):
         app.include_router(routes.router)
     answer_errors(app)
     app.add_middleware(SameOrigin)

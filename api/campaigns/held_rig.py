@@ -1,4 +1,4 @@
-"""What the worker of a rig writes: only under the lease of the rig, so that two never drive one or tell two stories."""
+"""What the worker of a rig writes: only under the lease of the rig, so that two never drive one."""
 
 from __future__ import annotations
 

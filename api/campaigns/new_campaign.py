@@ -1,4 +1,4 @@
-"""What a campaign must be to be accepted: checked whole at the door, before anything is kept."""
+"""What a campaign must be to be accepted: checked whole before anything is kept."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def play_campaign(held: HeldRig, campaign: Campaign, runs: RunStore, live: Live,
     except (LeaseLost, StoreError):
         raise
     except Exception as error:
-        # A fault of this program or of the disk: the player has made the rig safe; the story must end truly too
+        # A fault of this program or of the disk: the player has made the rig safe; what the store says must be true too
         held.end(campaign, CampaignState.FAILED, f"{type(error).__name__}: {one_line(error)}")
         raise
     if watch.trouble is not None:

@@ -3,49 +3,20 @@
 from __future__ import annotations
 
 import json
-import time
 from pathlib import Path
 from typing import Any
 
 import httpx
-import numpy as np
 import pytest
 
 from api.cli.main import main
 from api.jobs.held_job import LEFT_OPEN
 from api.processes.child import Child
-from rigctl.runfile import Run, write_run
+from rigctl.runfile import write_run
 from tests.api.browser import browser
 from tests.api.following import ended as campaign_ended
-from tests.api.following import get, post, until
-
-MODEL = {
-    "format": "damper-rig/model",
-    "format_version": 1,
-    "name": "as simulated",
-    "kind": "physical",
-    "paths": {"core": [{"element": "viscous_damping", "parameters": {"c": 600.0}}]},
-}
-NAMES = ("slow.h5", "middle.h5", "fast.h5", "check.h5")
-
-
-def a_run(k: int, frequency_hz: float, *, sign: float = 1.0) -> Run:
-    """A viscous damper with dry friction on a sine."""
-    t = np.arange(4000) / 1000.0
-    phase = 2 * np.pi * frequency_hz * t
-    v = 0.02 * 2 * np.pi * frequency_hz * np.cos(phase)
-    force = 700.0 * v + 30.0 * np.tanh(v / 0.004) + np.random.default_rng(k).normal(0, 1, t.size)
-    return Run(
-        run_id=f"run {k}",
-        created="2026-11-21T00:00:00+00:00",
-        specimen="damper 7",
-        sample_rate_hz=1000.0,
-        period_samples=round(1000 / frequency_hz),
-        excitation_kind="sine",
-        status="complete",
-        channels={"displacement": 0.02 * np.sin(phase), "force": sign * force},
-        units={"displacement": "m", "force": "N"},
-    )
+from tests.api.following import get, post, reached, until
+from tests.api.measured import MODEL, NAMES, a_run, sent
 
 
 @pytest.fixture(scope="module")
@@ -70,28 +41,12 @@ def base(lab: Path) -> Any:
         yield child.wait_until_ready()
 
 
-def sent(base: str, path: Path) -> str:
-    answer = httpx.post(f"{base}/v1/runs", params={"name": path.name}, content=path.read_bytes(), timeout=30)
-    assert answer.status_code == 201, answer.text
-    assert answer.json()["name"] == path.name
-    assert get(base, f"/v1/runs/{answer.json()['id']}") == answer.json()
-    return str(answer.json()["id"])
-
-
 def asked(base: str, body: dict[str, Any]) -> httpx.Response:
     return httpx.post(f"{base}/v1/explanations", json=body, timeout=120)
 
 
 def ended(base: str, explanation_id: str, within_s: float = 300.0) -> dict[str, Any]:
-    return reached(base, explanation_id, lambda one: one["ended"] is not None, within_s)
-
-
-def reached(base: str, explanation_id: str, there: Any, within_s: float = 180.0) -> dict[str, Any]:
-    ends = time.monotonic() + within_s
-    while not there(one := get(base, f"/v1/explanations/{explanation_id}")):
-        assert time.monotonic() < ends, one
-        time.sleep(0.05)
-    return one
+    return reached(base, f"/v1/explanations/{explanation_id}", lambda one: one["ended"] is not None, within_s)
 
 
 def test_uploaded_runs_are_explained_as_on_the_command_line(base: str, folder: Path, tmp_path: Path) -> None:
@@ -189,11 +144,11 @@ def test_work_begins_anew_after_a_stop_of_the_service_and_is_said_to_be_lost_aft
 ) -> None:
     body = {"model": MODEL, "runs": [sent(service.url, folder / name) for name in NAMES]}
     one = str(asked(service.url, body).json()["id"])
-    reached(service.url, one, lambda one: one["phase"])
+    reached(service.url, f"/v1/explanations/{one}", lambda one: one["phase"])
     assert service.stop() == 0
     arguments = ["serve", "--data", str(tmp_path / "lab"), "--port", "0"]
     with Child(arguments, tmp_path / "again.log") as second:
-        reached(second.wait_until_ready(), one, lambda one: one["phase"])
+        reached(second.wait_until_ready(), f"/v1/explanations/{one}", lambda one: one["phase"])
         second.kill()
     with Child(arguments, tmp_path / "third.log") as third:
         left = ended(third.wait_until_ready(), one)

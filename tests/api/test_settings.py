@@ -31,6 +31,8 @@ def test_the_store_lies_in_the_data_folder_unless_an_address_is_given() -> None:
         ({"DAMPER_RIG_PORT": "-1"}, ["port", "-1", "65535"]),
         ({"DAMPER_RIG_LEASE_S": "nan"}, ["lease_s", "nan", "positive"]),
         ({"DAMPER_RIG_LEASE_S": "0.1"}, ["poll_s", "quarter"]),
+        ({"DAMPER_RIG_KEEP_RESULTS_DAYS": "0"}, ["keep_results_days", "0", "inf"]),
+        ({"DAMPER_RIG_KEEP_RESULTS_DAYS": "nan"}, ["keep_results_days", "nan", "positive"]),
         ({"DAMPER_RIG_HOST": " "}, ["host", "127.0.0.1"]),
         ({"DAMPER_RIG_DATABASE_URL": "oracle://x"}, ["oracle", "sqlite:///"]),
     ],

@@ -19,7 +19,7 @@ from identification.physical.modelfile import read_model
 from rigctl.runfile import Run, read_run
 from sim_rig.draw import draw
 
-__all__ = ["Asked", "Bar", "Finding", "Show", "Story", "tell"]
+__all__ = ["Asked", "Bar", "Demonstration", "Finding", "Show", "demonstrate"]
 
 DATA = Path(__file__).parent / "data"
 SPECIMEN = "semi-active"
@@ -72,7 +72,7 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Story:
+class Demonstration:
     """What came of it. ``truth``: the effects that were hidden, told only now."""
 
     asked: Asked
@@ -86,7 +86,7 @@ class Story:
         return tuple(effect["element"] for effect in self.rig.report["effects"]) == self.truth
 
 
-def tell(asked: Asked, show: Show) -> Story:
+def demonstrate(asked: Asked, show: Show) -> Demonstration:
     """Do all of it.
 
     Raises InputError, SpecimenError for what cannot be asked, ProcessError where a process fails. Whatever
@@ -109,7 +109,7 @@ def tell(asked: Asked, show: Show) -> Story:
     train, held = _real_runs()
     real = _explain("Measured MR damper", DATA / "viscous.json", train, held, out / "real", show)
     truth = tuple(item.effect for item in draw(SPECIMEN, (asked.hidden,), asked.seed).hidden)
-    return Story(asked=asked, campaign=played, rig=rig, real=real, truth=truth)
+    return Demonstration(asked=asked, campaign=played, rig=rig, real=real, truth=truth)
 
 
 def prepared(output: Path) -> Path:
