@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-__all__ = ["ENDS", "Asked", "Order", "then"]
+__all__ = ["ENDS", "Asked", "Order", "combine"]
 
 
 class Asked(StrEnum):
@@ -28,7 +28,7 @@ class Order:
     reason: str | None = None
 
 
-def then(asked: Asked, wish: Asked) -> Asked | None:
+def combine(asked: Asked, wish: Asked) -> Asked | None:
     """What is asked after a wish; None where it comes too late: the campaign is ending."""
     if asked not in ENDS:
         return wish

@@ -55,8 +55,8 @@ def play_campaign(held: HeldRig, campaign: Campaign, runs: RunStore, live: Live,
         # A fault of this program or of the disk: the player has made the rig safe; what the store says must be true too
         held.end(campaign, CampaignState.FAILED, f"{type(error).__name__}: {one_line(error)}")
         raise
-    if watch.trouble is not None:
-        raise watch.trouble
+    if watch.failure is not None:
+        raise watch.failure
     held.end(campaign, state, reason)
 
 
@@ -84,7 +84,7 @@ def _play_test(
     watch.begin(test.position)
     held.progress(campaign, test.position, Phase.CONNECTING, 0, "")
     path: Path | None
-    trouble: RigError | ExcitationError | None = None
+    failure: RigError | ExcitationError | None = None
     try:
         path = warmed_up(
             partial(
@@ -104,31 +104,31 @@ def _play_test(
             None if campaign.warm_up is None else test_from_config(campaign.warm_up),
         )
     except RigError as error:
-        path, trouble = error.run_path, error
+        path, failure = error.run_path, error
     except ExcitationError as error:  # a later version may refuse what an earlier one accepted
-        path, trouble = None, error
+        path, failure = None, error
     complete = False
     if path is not None:
         run = runs.describe(path, campaign_id=campaign.id, held_out=test.held_out)
         held.add_run(campaign, run)
         complete = run.status == "complete"
-    if not (complete and trouble is None):
-        state, reason = _how_it_ended(path, trouble, watch.should_stop() or "stopped")
+    if not (complete and failure is None):
+        state, reason = _how_it_ended(path, failure, watch.should_stop() or "stopped")
         held.end_test(campaign, test.position, TestState(state), reason)
         raise _Ended(state, reason if state is CampaignState.ABORTED else f"test {test.name!r}: {reason}")
     held.end_test(campaign, test.position, TestState.DONE, "")
 
 
 def _how_it_ended(
-    path: Path | None, trouble: RigError | ExcitationError | None, asked: str
+    path: Path | None, failure: RigError | ExcitationError | None, asked: str
 ) -> tuple[CampaignState, str]:
     """Aborted only where the rig followed what was asked; a fault or a stop that failed is a failure.
 
     A stop before the first sample comes as a RigFault without a file.
     """
-    if trouble is None or (path is None and isinstance(trouble, RigFault) and asked in str(trouble)):
+    if failure is None or (path is None and isinstance(failure, RigFault) and asked in str(failure)):
         return CampaignState.ABORTED, asked
-    return CampaignState.FAILED, one_line(trouble)
+    return CampaignState.FAILED, one_line(failure)
 
 
 def adopt_run_files(held: HeldRig, campaign: Campaign, runs: RunStore) -> tuple[str, ...]:

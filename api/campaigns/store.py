@@ -9,7 +9,7 @@ from uuid import uuid4
 from sqlalchemy import ColumnElement, Connection, Row, Select, func, select, update
 
 from api.campaigns.new_campaign import NewCampaign
-from api.campaigns.orders import ENDS, Asked, then
+from api.campaigns.orders import ENDS, Asked, combine
 from api.campaigns.records import Campaign, CampaignState, CampaignTest, Event, RigRecord, TestState
 from api.errors import Conflict
 from api.store.campaign_numbers import campaign_number, unknown_campaign
@@ -129,7 +129,7 @@ class CampaignStore:
 
 def _ask_running(connection: Connection, row: Row[Any], wish: Asked, reason: str) -> None:
     """Any: SQLAlchemy's rows know their columns only when they run."""
-    after = then(Asked(row.asked), wish)
+    after = combine(Asked(row.asked), wish)
     if after is None:
         raise Conflict(f"campaign {row.id} is ending, {row.asked} was asked for: it can not {_verb(wish)}")
     if after != row.asked:

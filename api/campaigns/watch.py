@@ -24,7 +24,7 @@ class Watch:
     """What one campaign's player is told and asked, and a thread that carries it to the store and back.
 
     The thread renews the lease as long as the player gives a sign of life itself. Where the lease is lost, or
-    the store has not answered for half of the lease's time, the player is told to stop: ``trouble`` is why.
+    the store has not answered for half of the lease's time, the player is told to stop: ``failure`` is why.
     """
 
     def __init__(
@@ -46,8 +46,8 @@ class Watch:
         self._asked = Asked.NOTHING
         self._player_at = self._store_at = now()
         self._ended = Event()
-        self._thread = Thread(target=self._carry_on, name=f"watch {campaign.id}", daemon=True)
-        self.trouble: LeaseLost | StoreError | None = None
+        self._thread = Thread(target=self._exchange, name=f"watch {campaign.id}", daemon=True)
+        self.failure: LeaseLost | StoreError | None = None
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -90,31 +90,31 @@ class Watch:
         with self._lock:
             self._latest = progress
 
-    def _carry_on(self) -> None:
-        while not self._ended.wait(self._poll_s) and self.trouble is None:
+    def _exchange(self) -> None:
+        while not self._ended.wait(self._poll_s) and self.failure is None:
             if self._now() - self._player_at > self._held.lease.length_s:
                 continue  # the player gives no sign of life: neither does this worker
             try:
-                self._heard(self._tell())
+                self._apply(self._report())
                 self._store_at = self._now()
             except LeaseLost as error:
-                self._troubled(error)
+                self._fail(error)
             except StoreError as error:
                 if self._now() - self._store_at > self._held.lease.length_s / 2:
-                    self._troubled(error)
+                    self._fail(error)
 
-    def _tell(self) -> Order:
+    def _report(self) -> Order:
         with self._lock:
             position, latest, self._latest = self._position, self._latest, None
         if latest is None or latest.phase is Phase.STOPPED:
             return self._held.sign_of_life(self._campaign)
         return self._held.progress(self._campaign, position, latest.phase, latest.samples, latest.text)
 
-    def _heard(self, order: Order) -> None:
+    def _apply(self, order: Order) -> None:
         self._asked = order.asked
         if self._reason is None:
             self._reason = order.reason
 
-    def _troubled(self, error: LeaseLost | StoreError) -> None:
-        self._heard(Order(asked=Asked.ABORT, reason=one_line(error)))
-        self.trouble = error
+    def _fail(self, error: LeaseLost | StoreError) -> None:
+        self._apply(Order(asked=Asked.ABORT, reason=one_line(error)))
+        self.failure = error

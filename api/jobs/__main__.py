@@ -40,9 +40,9 @@ def main() -> int:
 def _do(given: dict[str, Any]) -> dict[str, Any]:
     # Any: JSON, made by api.jobs.process and nobody else
     from api.jobs.kind import Task
-    from api.jobs.kinds import KINDS
+    from api.jobs.kinds import find_kind
 
-    kind = KINDS[given["kind"]]
+    kind = find_kind(given["kind"])
     task = Task(
         request=given["request"],
         runs=tuple(map(Path, given["runs"])),

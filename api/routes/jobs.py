@@ -9,7 +9,7 @@ from fastapi.responses import FileResponse
 
 from api.errors import NotFound
 from api.jobs.accept import accept
-from api.jobs.kinds import KINDS, AnyRequest
+from api.jobs.kinds import AnyRequest, find_kind
 from api.routes.answers import MOST_NUMBER, JobAnswer, JobList, job_answer
 from api.service import ServiceDep
 
@@ -58,8 +58,7 @@ def cancel(job_id: str, service: ServiceDep) -> JobAnswer:
 def file(job_id: str, name: str, service: ServiceDep) -> FileResponse:
     """A file of its result, as the command line writes it."""
     job = service.jobs.one(job_id)
-    media_type = KINDS[job.kind].files.get(name)
-    if media_type is None:
-        known = ", ".join(KINDS[job.kind].files)
-        raise NotFound(f"job {job_id} of kind {job.kind} has no file {name!r:.60}: it has {known}")
-    return FileResponse(service.results.file(job, name), media_type=media_type)
+    files = find_kind(job.kind).files
+    if name not in files:
+        raise NotFound(f"job {job_id} of kind {job.kind} has no file {name!r:.60}: it has {', '.join(files)}")
+    return FileResponse(service.results.file(job, name), media_type=files[name])

@@ -21,7 +21,7 @@ router = APIRouter(prefix="/v1/live", tags=["live"])
 
 _INTERVAL_S = 0.25
 _SHOWN = 20
-_SILENT_TURNS = 40  # then a comment keeps the connection open through proxies
+_SILENT_INTERVALS = 40  # then a comment keeps the connection open through proxies
 
 
 @router.get("", response_class=StreamingResponse)
@@ -44,7 +44,7 @@ async def _events(service: Service, request: Request) -> AsyncIterator[str]:
             yield _event("samples", [asdict(block) for block in blocks])
             number = blocks[-1].number
         silent = 0 if blocks or news != shown else silent + 1
-        if silent >= _SILENT_TURNS:
+        if silent >= _SILENT_INTERVALS:
             yield ": still here\n\n"
             silent = 0
         shown = news

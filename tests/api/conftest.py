@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ from api.campaigns.store import CampaignStore
 from api.processes.child import Child
 from api.store.database import Database
 from api.store.tables import jobs, leases
+from rigctl.runfile import write_run
+from tests.api.measured import MODEL, NAMES, a_run
 
 
 @pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.postgresql)])
@@ -76,3 +79,26 @@ def service(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Child]:
     with Child(["serve", "--data", str(tmp_path / "lab"), "--port", "0"], tmp_path / "serve.log") as child:
         child.wait_until_ready()
         yield child
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four good runs, a model, and a run that explain refuses."""
+    place = tmp_path_factory.mktemp("measured")
+    for k, (name, frequency) in enumerate(zip(NAMES, (1.0, 2.0, 4.0, 2.5), strict=True)):
+        write_run(place / name, a_run(k, frequency))
+    write_run(place / "reversed.h5", a_run(5, 2.0, sign=-1.0))
+    (place / "model.json").write_text(json.dumps(MODEL))
+    return place
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("lab")
+
+
+@pytest.fixture(scope="module")
+def base(lab: Path) -> Iterator[str]:
+    """The address of a service that the tests of a module share."""
+    with Child(["serve", "--data", str(lab / "data"), "--port", "0"], lab / "serve.log") as child:
+        yield child.wait_until_ready()

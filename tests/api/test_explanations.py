@@ -12,33 +12,10 @@ import pytest
 from api.cli.main import main
 from api.jobs.held_job import LEFT_OPEN
 from api.processes.child import Child
-from rigctl.runfile import write_run
 from tests.api.browser import browser
 from tests.api.following import ended as campaign_ended
 from tests.api.following import get, post, reached, until
-from tests.api.measured import MODEL, NAMES, a_run, sent
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Four good runs, a model, and a run that explain refuses."""
-    place = tmp_path_factory.mktemp("runs")
-    for k, (name, frequency) in enumerate(zip(NAMES, (1.0, 2.0, 4.0, 2.5), strict=True)):
-        write_run(place / name, a_run(k, frequency))
-    write_run(place / "reversed.h5", a_run(5, 2.0, sign=-1.0))
-    (place / "model.json").write_text(json.dumps(MODEL))
-    return place
-
-
-@pytest.fixture(scope="module")
-def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("lab")
-
-
-@pytest.fixture(scope="module")
-def base(lab: Path) -> Any:
-    with Child(["serve", "--data", str(lab / "data"), "--port", "0"], lab / "serve.log") as child:
-        yield child.wait_until_ready()
+from tests.api.measured import MODEL, NAMES, sent
 
 
 def asked(base: str, body: dict[str, Any]) -> httpx.Response:
@@ -72,7 +49,7 @@ def test_uploaded_runs_are_explained_as_on_the_command_line(base: str, folder: P
     assert (late.status_code, late.json()["detail"].count(done["id"])) == (409, 1)
 
 
-def test_what_the_command_line_refuses_is_refused_at_the_door_in_its_words(
+def test_what_the_command_line_refuses_is_refused_in_its_words_before_it_is_accepted(
     base: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = get(base, "/v1/explanations")

@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,27 +16,9 @@ import pytest
 from api.cli.main import main
 from api.jobs.kinds import KINDS
 from api.jobs.process import JobProcess
-from api.processes.child import Child
 from rigctl.runfile import write_run
 from tests.api.following import get, reached
 from tests.api.measured import MODEL, NAMES, a_run, sent
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Good runs and a model."""
-    place = tmp_path_factory.mktemp("runs")
-    for k, (name, frequency) in enumerate(zip(NAMES, (1.0, 2.0, 4.0, 2.5), strict=True)):
-        write_run(place / name, a_run(k, frequency))
-    (place / "model.json").write_text(json.dumps(MODEL))
-    return place
-
-
-@pytest.fixture(scope="module")
-def base(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    lab = tmp_path_factory.mktemp("lab")
-    with Child(["serve", "--data", str(lab / "data"), "--port", "0"], lab / "serve.log") as child:
-        yield child.wait_until_ready()
 
 
 def submit(base: str, body: dict[str, Any]) -> httpx.Response:

@@ -1,4 +1,4 @@
-"""What stands between a streaming player and the store: the stream never waits, and trouble stops the rig in time."""
+"""What stands between a streaming player and the store: the stream never waits, and a failure stops the rig in time."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_progress_reaches_the_store_and_an_abort_the_player(lab: Lab) -> None:
         assert watch.should_stop() is None
         store.abort(campaign.id, "wrong specimen")
         until(lambda: watch.should_stop() == "wrong specimen")
-    assert watch.trouble is None
+    assert watch.failure is None
 
 
 def test_a_hold_its_end_and_a_stop_reach_the_player(lab: Lab) -> None:
@@ -101,7 +101,7 @@ def test_a_lost_lease_stops_the_player_and_is_told(lab: Lab) -> None:
         held.release()
         assert hold_rig(database, RIG, "worker 2", 20.0) is not None
         until(lambda: watch.should_stop() is not None)
-    assert isinstance(watch.trouble, LeaseLost)
+    assert isinstance(watch.failure, LeaseLost)
 
 
 class Silent(HeldRig):
@@ -124,7 +124,7 @@ def test_a_store_that_does_not_answer_is_borne_for_half_the_lease_and_no_longer(
         assert watch.should_stop() is None
         now[0] += 2.0
         until(lambda: watch.should_stop() == "the store does not answer")
-    assert isinstance(watch.trouble, StoreError)
+    assert isinstance(watch.failure, StoreError)
 
 
 def test_a_player_that_hangs_loses_its_lease(lab: Lab) -> None:
