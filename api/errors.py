@@ -6,7 +6,8 @@ ApiError
 ├── TooLarge          a file that is larger than the service keeps
 ├── NotFound          no such campaign, test, run or job
 ├── Conflict          it exists, but not in a state in which this can be done
-├── StoreError        the store cannot be reached or is of another version
+├── StoreError        the store cannot be reached
+│   └── NewerStore    a later version of this program made it
 ├── LeaseLost         another worker holds the rig or the job by now: this one must stop
 └── ProcessError      a process that was started did not do what it was started for
 """
@@ -25,6 +26,7 @@ __all__ = [
     "Conflict",
     "InputError",
     "LeaseLost",
+    "NewerStore",
     "NotFound",
     "Outcome",
     "ProcessError",
@@ -61,7 +63,11 @@ class Conflict(ApiError):
 
 
 class StoreError(ApiError):
-    """The store cannot be reached or is of another version."""
+    """The store cannot be reached."""
+
+
+class NewerStore(StoreError):
+    """The store was made by a later version of this program."""
 
 
 class LeaseLost(ApiError):
@@ -88,6 +94,7 @@ OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (Conflict, Outcome(409, 1)),
     (TooLarge, Outcome(413, 2)),
     (InputError, _BAD_INPUT),
+    (NewerStore, Outcome(503, 2)),
     (StoreError, Outcome(503, 1)),
     (LeaseLost, Outcome(503, 1)),
     (ProcessError, Outcome(500, 1)),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
 
 from sqlalchemy import Connection, insert, select, update
@@ -13,7 +11,7 @@ from api.campaigns.records import Campaign, CampaignState, TestState
 from api.campaigns.store import end_campaign, read_campaign, record_event, rig_resource
 from api.store.clock import now
 from api.store.database import Database
-from api.store.leases import Lease, acquire, release, renew
+from api.store.leases import Lease, acquire, release, writing_as_holder
 from api.store.runs import RunRecord
 from api.store.tables import campaigns, runs, tests
 
@@ -46,14 +44,14 @@ class HeldRig:
     def left_open(self) -> tuple[Campaign, ...]:
         """What runs on this rig in the store though no worker can be playing it: its worker died."""
         mine = (campaigns.c.rig == self._rig) & (campaigns.c.state == CampaignState.RUNNING)
-        with self._writing() as connection:
+        with writing_as_holder(self._database, self.lease) as connection:
             numbers = connection.scalars(select(campaigns.c.number).where(mine)).all()
             return tuple(read_campaign(connection, campaigns.c.number == number) for number in numbers)
 
     def take_next(self) -> Campaign | None:
         """The campaign of this rig that has waited longest, now running; None where none waits."""
         waiting = (campaigns.c.rig == self._rig) & (campaigns.c.state == CampaignState.ACCEPTED)
-        with self._writing() as connection:
+        with writing_as_holder(self._database, self.lease) as connection:
             query = select(campaigns.c.number).where(waiting).order_by(campaigns.c.number).limit(1)
             number = connection.scalar(query.with_for_update())
             if number is None:
@@ -68,12 +66,12 @@ class HeldRig:
 
     def sign_of_life(self, campaign: Campaign) -> Order:
         """Renew the lease; what somebody has asked of the campaign."""
-        with self._writing() as connection:
+        with writing_as_holder(self._database, self.lease) as connection:
             return _order(connection, campaign)
 
     def progress(self, campaign: Campaign, position: int, phase: str, samples: int, text: str) -> Order:
         """Write down how far a running test is; what somebody has asked of the campaign."""
-        with self._writing() as connection:
+        with writing_as_holder(self._database, self.lease) as connection:
             connection.execute(
                 update(tests)
                 .where(tests.c.campaign == campaign.number, tests.c.position == position)
@@ -84,7 +82,7 @@ class HeldRig:
     def end_test(self, campaign: Campaign, position: int, state: TestState, text: str) -> None:
         """How a test ended."""
         name = campaign.tests[position].name
-        with self._writing() as connection:
+        with writing_as_holder(self._database, self.lease) as connection:
             connection.execute(
                 update(tests)
                 .where(tests.c.campaign == campaign.number, tests.c.position == position)
@@ -94,7 +92,7 @@ class HeldRig:
 
     def add_run(self, campaign: Campaign, run: RunRecord) -> None:
         """A captured run file: its samples are what its test has come to."""
-        with self._writing() as connection:
+        with writing_as_holder(self._database, self.lease) as connection:
             values = {name: value for name, value in asdict(run).items() if name != "campaign_id"}
             connection.execute(insert(runs).values(campaign=campaign.number, **values))
             connection.execute(
@@ -107,15 +105,8 @@ class HeldRig:
 
     def end(self, campaign: Campaign, state: CampaignState, reason: str) -> None:
         """How the campaign ended."""
-        with self._writing() as connection:
+        with writing_as_holder(self._database, self.lease) as connection:
             end_campaign(connection, campaign.number, state, reason)
-
-    @contextmanager
-    def _writing(self) -> Iterator[Connection]:
-        """A transaction that renews the lease first of all."""
-        with self._database.writing() as connection:
-            renew(connection, self.lease)
-            yield connection
 
 
 def _order(connection: Connection, campaign: Campaign) -> Order:

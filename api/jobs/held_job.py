@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from typing import Any
 
-from sqlalchemy import Connection, String, literal, select
+from sqlalchemy import String, literal, select
 
 from api.jobs.records import Job, JobState
 from api.jobs.store import end_job, job_resource, read_job, set_job
 from api.store.clock import now
 from api.store.database import Database
-from api.store.leases import Lease, acquire, is_held, release, renew
+from api.store.leases import Lease, acquire, is_held, release, writing_as_holder
 from api.store.tables import jobs
 
 __all__ = ["LEFT_OPEN", "HeldJob", "close_left_open", "take_next"]
@@ -66,26 +65,19 @@ class HeldJob:
 
     def progress(self, phase: str, done: float) -> str | None:
         """Write down how far it is; the reason where somebody has asked for its end."""
-        with self._writing() as connection:
+        with writing_as_holder(self._database, self.lease) as connection:
             set_job(connection, self.job.id, phase=phase, done=done)
             return connection.scalar(select(jobs.c.cancel_reason).where(jobs.c.id == self.job.id))
 
     def end(self, state: JobState, reason: str = "", *, result: Mapping[str, Any] | None = None) -> None:
         """How it ended. Any: JSON."""
-        with self._writing() as connection:
+        with writing_as_holder(self._database, self.lease) as connection:
             set_job(connection, self.job.id, result=dict(result or {}))
             end_job(connection, self.job.id, state, reason)
             release(connection, self.lease)
 
     def give_back(self) -> None:
         """Let another service, or this one when it is up again, begin it anew."""
-        with self._writing() as connection:
+        with writing_as_holder(self._database, self.lease) as connection:
             set_job(connection, self.job.id, state=JobState.ACCEPTED, phase="", done=0.0, started_at_s=None)
             release(connection, self.lease)
-
-    @contextmanager
-    def _writing(self) -> Iterator[Connection]:
-        """A transaction that renews the lease first of all."""
-        with self._database.writing() as connection:
-            renew(connection, self.lease)
-            yield connection

@@ -16,7 +16,7 @@ from sqlalchemy import Connection, Engine, create_engine, event, make_url, text
 from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
 from sqlalchemy.pool import ConnectionPoolEntry
 
-from api.errors import SettingsError, StoreError, one_line
+from api.errors import NewerStore, SettingsError, StoreError, one_line
 
 __all__ = ["Database"]
 
@@ -38,7 +38,9 @@ class Database:
         SettingsError
             When the URL cannot be used.
         StoreError
-            When it cannot be opened, or when a later version of this program made its schema: nothing is changed then.
+            When it cannot be opened.
+        NewerStore
+            When a later version of this program made its schema; nothing is changed then.
         """
         self.engine = _engine(url)
         try:
@@ -94,7 +96,7 @@ class Database:
                 config.attributes["connection"] = connection
                 command.upgrade(config, "head")
         except CommandError as error:
-            raise StoreError(
+            raise NewerStore(
                 f"campaign store {self._place}: made by a later version of damper-rig ({one_line(error)}): "
                 "use that version"
             ) from error

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import os
 import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from uuid import uuid4
 
@@ -16,9 +18,10 @@ from sqlalchemy.dialects import postgresql, sqlite
 
 from api.errors import LeaseLost
 from api.store.clock import now
+from api.store.database import Database
 from api.store.tables import leases
 
-__all__ = ["Lease", "acquire", "holders", "is_held", "new_owner", "release", "renew"]
+__all__ = ["Lease", "acquire", "holders", "is_held", "new_owner", "release", "renew", "writing_as_holder"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,6 +61,14 @@ def renew(connection: Connection, lease: Lease) -> None:
     values = {"expires_at_s": now() + lease.length_s}
     if connection.execute(update(leases).where(_mine(lease)).values(**values)).rowcount != 1:
         raise LeaseLost(f"{lease.resource}: another worker holds its lease by now")
+
+
+@contextmanager
+def writing_as_holder(database: Database, lease: Lease) -> Iterator[Connection]:
+    """One transaction that renews the lease first of all; raises LeaseLost, and then nothing is written."""
+    with database.writing() as connection:
+        renew(connection, lease)
+        yield connection
 
 
 def release(connection: Connection, lease: Lease) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,7 +13,8 @@ from sqlalchemy import Connection, MetaData, create_engine, select, text
 
 from api.campaigns.new_campaign import NewCampaign
 from api.campaigns.store import CampaignStore
-from api.errors import SettingsError, StoreError
+from api.cli.main import main
+from api.errors import NewerStore, SettingsError, StoreError
 from api.store.clock import now
 from api.store.database import Database
 from api.store.tables import METADATA
@@ -38,13 +40,24 @@ def test_a_store_of_a_later_program_is_refused_in_one_line_and_stays_as_it_is(
         with database.writing() as connection:
             connection.execute(text("UPDATE alembic_version SET version_num = '9999'"))
             before = _content(connection)
-    with pytest.raises(StoreError, match="later version") as caught:
+    with pytest.raises(NewerStore, match="later version") as caught:
         Database(database_url)
     assert "\n" not in str(caught.value)
     engine = create_engine(database_url)
     with engine.connect() as connection:
         assert _content(connection) == before
     engine.dispose()
+
+
+def test_the_service_does_not_start_on_a_store_of_a_later_program(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Database(f"sqlite:///{tmp_path / 'damper-rig.db'}") as database, database.writing() as connection:
+        connection.execute(text("UPDATE alembic_version SET version_num = '9999'"))
+    assert main(["serve", "--data", str(tmp_path), "--port", "0"]) == 2
+    said = capsys.readouterr()
+    assert (said.out, said.err.count("\n")) == ("", 1)
+    assert "later version of damper-rig" in said.err
 
 
 def _content(connection: Connection) -> dict[str, list[Any]]:
