@@ -13,7 +13,10 @@ from api.errors import SettingsError
 __all__ = ["Settings", "read_settings"]
 
 PREFIX = "DAMPER_RIG_"
-_FOR_TESTS = ("DAMPER_RIG_TEST_", "DAMPER_RIG_REQUIRE_ALL", "DAMPER_RIG_TRACEBACK")
+_READ_ELSEWHERE = (  # by the tests, by the command line, by identification.compute in the process of a job
+    *("DAMPER_RIG_TEST_", "DAMPER_RIG_REQUIRE_ALL", "DAMPER_RIG_TRACEBACK"),
+    *("DAMPER_RIG_EXECUTOR", "DAMPER_RIG_WORKERS"),
+)
 _DATABASES = ("sqlite:///", "postgresql+psycopg://")
 
 
@@ -78,7 +81,7 @@ def read_settings(environ: Mapping[str, str], **given: Any) -> Settings:
     types = {field.name: type(field.default) for field in fields(Settings)}
     values: dict[str, Any] = {}
     for variable, text in environ.items():
-        if not variable.startswith(PREFIX) or variable.startswith(_FOR_TESTS):
+        if not variable.startswith(PREFIX) or variable.startswith(_READ_ELSEWHERE):
             continue
         name = variable.removeprefix(PREFIX).lower()
         if name not in types:
