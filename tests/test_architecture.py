@@ -33,8 +33,9 @@ def test_the_wheel_holds_the_five_packages_and_nothing_else() -> None:
     assert not [path for path in files if "test_" in path or "/tests/" in path]
     for due in (
         *(f"{package}/py.typed" for package in PACKAGES),
-        "api/migrations/versions/0001_campaigns.py",
-        "api/migrations/script.py.mako",
+        "api/store/migrations/versions/0001_campaigns.py",
+        "api/store/migrations/versions/0006_jobs.py",
+        "api/store/migrations/script.py.mako",
         "api/web/live.html",
         "api/web/static/live.js",
         "api/demo/data/mr_utfpr/NOTICE.md",

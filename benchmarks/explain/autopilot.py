@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from api.autopilot import autopilot, settled
+from api.campaigns.autopilot import autopilot, settled
 from benchmarks.explain.judge import Outcome
 from benchmarks.explain.outcomes import collect, read
 from benchmarks.hidden import Bench, bench

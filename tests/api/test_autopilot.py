@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from api.autopilot import SURE
+from api.campaigns.autopilot import SURE
 from api.cli.main import main
 from rigctl.runfile import read_run
 from tests.api.rigs import a_sim
