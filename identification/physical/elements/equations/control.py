@@ -1,18 +1,34 @@
-"""The control path: from the measured current i to the effective current u, with sensitivities."""
+"""Equations of the control path: from the measured current i to the effective current u, with sensitivities."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from identification.physical.elements import Code
-from identification.physical.model import Element
 from identification.physical.motion import delayed, is_step
 
+if TYPE_CHECKING:
+    from identification.physical.model import Element
+
 Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """What an element of the control path may need beside the current."""
+
+    dt: float
+    period: int  # samples; 0 where the current does not repeat
+    remanence: float
+
+
+Apply = Callable[[Floats, Floats, Floats, float, Clock], Floats]
+"""(u, du, own, value, clock): u (N,) after the element; changes du (C, N) and fills own (N,), ∂u/∂value, in place."""
 
 
 def effective_current(
@@ -23,21 +39,17 @@ def effective_current(
     `remanence` in −1 … 1 is where a hysteresis stands at the first sample, between the two edges of its width.
     Returns u (N,), A, and du (C, N), A per unit of each of the C parameters.
     """
-    u = i.copy()
+    u, clock = i.copy(), Clock(dt, period, remanence)
     du = np.zeros((sum(len(e.parameters) for e in elements), i.size))
     at = 0
     for e in elements:
-        value = e.parameters[0].value
-        if e.spec.code == Code.HYSTERESIS:
-            u = np.asarray(_play_loop(u, du[:at], du[at], value, remanence))
-        else:
-            u = _APPLY[e.spec.code](u, du[:at], du[at], value, dt, period)
+        u = _APPLY[e.name](u, du[:at], du[at], e.parameters[0].value, clock)
         at += len(e.parameters)
     return u, du
 
 
-def _lag(u: Floats, du: Floats, own: Floats, tau: float, dt: float, period: int) -> Floats:
-    return np.asarray(_lag_loop(u, is_step(u), du, own, max(tau, 1e-9 * dt), dt))
+def _lag(u: Floats, du: Floats, own: Floats, tau: float, clock: Clock) -> Floats:
+    return np.asarray(_lag_loop(u, is_step(u), du, own, max(tau, 1e-9 * clock.dt), clock.dt))
 
 
 @njit(cache=True)
@@ -64,7 +76,8 @@ def _lag_loop(i: Floats, step: NDArray[np.bool_], du: Floats, own: Floats, tau: 
     return u
 
 
-def _delay(u: Floats, du: Floats, own: Floats, tau: float, dt: float, period: int) -> Floats:
+def _delay(u: Floats, du: Floats, own: Floats, tau: float, clock: Clock) -> Floats:
+    dt, period = clock.dt, clock.period
     late = delayed(u, tau, dt, period)
     later, earlier = delayed(u, tau + 0.5 * dt, dt, period), delayed(u, max(tau - 0.5 * dt, 0.0), dt, period)
     own[:] = (later - earlier) / (0.5 * dt + min(tau, 0.5 * dt))
@@ -73,12 +86,16 @@ def _delay(u: Floats, du: Floats, own: Floats, tau: float, dt: float, period: in
     return late
 
 
-def _saturation(u: Floats, du: Floats, own: Floats, i_s: float, dt: float, period: int) -> Floats:
+def _saturation(u: Floats, du: Floats, own: Floats, i_s: float, clock: Clock) -> Floats:
     th = np.tanh(u / i_s)
     slope = 1.0 - th**2
     own[:] = th - u / i_s * slope
     du *= slope
     return np.asarray(i_s * th)
+
+
+def _hysteresis(u: Floats, du: Floats, own: Floats, width: float, clock: Clock) -> Floats:
+    return np.asarray(_play_loop(u, du, own, width, clock.remanence))
 
 
 @njit(cache=True)
@@ -103,8 +120,9 @@ def _play_loop(i: Floats, du: Floats, own: Floats, width: float, remanence: floa
     return u
 
 
-_APPLY = {
-    Code.LAG: _lag,
-    Code.DELAY: _delay,
-    Code.SATURATION: _saturation,
+_APPLY: Final[Mapping[str, Apply]] = {
+    "control_lag": _lag,
+    "control_delay": _delay,
+    "control_saturation": _saturation,
+    "control_hysteresis": _hysteresis,
 }
