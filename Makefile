@@ -1,4 +1,4 @@
-# Everything a newcomer needs: `make demo` and `make test` set themselves up on a machine with Python 3.11+ and make.
+# `make demo` and `make test` install what they need into .venv first; they need Python 3.11+ and make.
 PYTHON ?= python3
 BIN := .venv/bin
 OUT ?= demo-output
@@ -29,7 +29,7 @@ check: setup
 
 bench-explain: setup
 	$(BIN)/python -m benchmarks.explain
-	$(BIN)/python -m benchmarks.explain.flights
+	$(BIN)/python -m benchmarks.explain.autopilot
 	$(BIN)/python -m benchmarks.explain.breakdown --workers 2
 
 bench: setup

@@ -1,1 +1,1 @@
-"""The doors: HTTP, command line and web page; and the only wiring."""
+"""HTTP, command line and web page; campaigns, jobs and their store; and the only wiring."""

@@ -1,13 +1,14 @@
-"""What the doors raise on purpose, and one table: our errors of every room to HTTP status and exit status.
+"""What api raises on purpose, and one table: from the errors of every package to HTTP status and exit status.
 
-DoorError
+ApiError
 ├── InputError        what was asked for cannot be used: says what, where, the value, what would be right
 │   └── SettingsError an environment variable or an option that the service cannot start with
 ├── TooLarge          a file that is larger than the service keeps
-├── NotFound          no such campaign, test, run or explanation
+├── NotFound          no such campaign, test, run or job
 ├── Conflict          it exists, but not in a state in which this can be done
-├── StoreError        the campaign store cannot be reached or is of another version
-├── LeaseLost         another worker holds the rig by now: this one must stop
+├── StoreError        the store cannot be reached
+│   └── NewerStore    a later version of this program made it
+├── LeaseLost         another worker holds the rig or the job by now: this one must stop
 └── ProcessError      a process that was started did not do what it was started for
 """
 
@@ -21,10 +22,11 @@ from rigctl.errors import IdentityError, IterationError, LimitError, RigError, R
 from sim_rig.errors import FaultError, SimRigError, SkewError, SpecimenError, SpeedError
 
 __all__ = [
+    "ApiError",
     "Conflict",
-    "DoorError",
     "InputError",
     "LeaseLost",
+    "NewerStore",
     "NotFound",
     "Outcome",
     "ProcessError",
@@ -36,11 +38,11 @@ __all__ = [
 ]
 
 
-class DoorError(Exception):
-    """Everything the doors raise on purpose."""
+class ApiError(Exception):
+    """Everything that api raises on purpose."""
 
 
-class InputError(DoorError, ValueError):
+class InputError(ApiError, ValueError):
     """What was asked for cannot be used."""
 
 
@@ -48,33 +50,37 @@ class SettingsError(InputError):
     """The service cannot start with this setting."""
 
 
-class TooLarge(DoorError):
+class TooLarge(ApiError):
     """More bytes than the service keeps in one file."""
 
 
-class NotFound(DoorError, LookupError):
-    """There is no such campaign, test or run."""
+class NotFound(ApiError, LookupError):
+    """There is no such campaign, test, run or job."""
 
 
-class Conflict(DoorError):
+class Conflict(ApiError):
     """It exists, but its state does not allow this."""
 
 
-class StoreError(DoorError):
-    """The campaign store cannot be reached or is of another version."""
+class StoreError(ApiError):
+    """The store cannot be reached."""
 
 
-class LeaseLost(DoorError):
-    """The lease on the rig ran out or went to another worker."""
+class NewerStore(StoreError):
+    """The store was made by a later version of this program."""
 
 
-class ProcessError(DoorError):
+class LeaseLost(ApiError):
+    """The lease on the rig or the job went to another worker."""
+
+
+class ProcessError(ApiError):
     """A process that was started did not do what it was started for."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How an error leaves the house: over HTTP, and as the exit status of a command."""
+    """What an error becomes: a status over HTTP, and the exit status of a command."""
 
     http_status: int
     exit_status: int
@@ -88,6 +94,7 @@ OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (Conflict, Outcome(409, 1)),
     (TooLarge, Outcome(413, 2)),
     (InputError, _BAD_INPUT),
+    (NewerStore, Outcome(503, 2)),
     (StoreError, Outcome(503, 1)),
     (LeaseLost, Outcome(503, 1)),
     (ProcessError, Outcome(500, 1)),
@@ -110,7 +117,7 @@ OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
 
 
 def outcome_of(error: BaseException) -> Outcome | None:
-    """How ``error`` leaves the house; None where it is not one of ours: a fault of the program."""
+    """What ``error`` becomes; None where it is not one of ours: a fault of the program."""
     return next((outcome for kind, outcome in OUTCOMES if isinstance(error, kind)), None)
 
 

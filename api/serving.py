@@ -13,9 +13,9 @@ from fastapi import FastAPI
 
 from api.app import create_app
 from api.errors import SettingsError, one_line
-from api.house import House
+from api.service import Service
 from api.settings import Settings
-from api.store import Store
+from api.store.database import Database
 
 __all__ = ["serve_until_told"]
 
@@ -43,9 +43,9 @@ class _Server(uvicorn.Server):
             self._on_ready()
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        house = getattr(self._app.state, "house", None)
-        if isinstance(house, House):
-            house.closing.set()  # ends answers that would never end, before the server waits for them
+        service = getattr(self._app.state, "service", None)
+        if isinstance(service, Service):
+            service.closing.set()  # ends answers that would never end, before the server waits for them
         self.should_exit = True
 
 
@@ -56,7 +56,7 @@ def serve_until_told(settings: Settings, *, on_ready: Callable[[str], None]) -> 
     """
     logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     with _listen(settings) as listening:
-        Store(settings.store_url).close()  # what is wrong with it is said here, in one line
+        Database(settings.store_url).close()  # what is wrong with it is said here, in one line
         if not _is_local(settings.host):
             LOG.warning("listening on %s without access control: whoever reaches it can move a rig", settings.host)
         host, port = listening.getsockname()[:2]

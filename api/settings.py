@@ -1,4 +1,4 @@
-"""What a service can be told by its environment and its command line: read in the door, passed down."""
+"""What a service can be told by its environment and its command line: read once, passed down."""
 
 from __future__ import annotations
 
@@ -13,21 +13,25 @@ from api.errors import SettingsError
 __all__ = ["Settings", "read_settings"]
 
 PREFIX = "DAMPER_RIG_"
-_FOR_TESTS = ("DAMPER_RIG_TEST_", "DAMPER_RIG_REQUIRE_ALL", "DAMPER_RIG_TRACEBACK")
+_READ_ELSEWHERE = (  # by the tests, by the command line, by identification.compute in the process of a job
+    *("DAMPER_RIG_TEST_", "DAMPER_RIG_REQUIRE_ALL", "DAMPER_RIG_TRACEBACK"),
+    *("DAMPER_RIG_EXECUTOR", "DAMPER_RIG_WORKERS"),
+)
 _DATABASES = ("sqlite:///", "postgresql+psycopg://")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """One service: where it listens, where it keeps campaigns and run files, and its patience."""
+    """One service: where it listens, where it keeps campaigns, runs and results, and how long it waits."""
 
     data_dir: Path = Path("damper-rig-data")
     database_url: str = ""  # empty: an SQLite file in data_dir
     host: str = "127.0.0.1"
     port: int = 8420  # 0: any free port
-    lease_s: float = 20.0  # a worker that gives no sign of life for so long has lost its rig
-    poll_s: float = 0.2  # how soon a new campaign or an abort is noticed
+    lease_s: float = 20.0  # a worker that gives no sign of life for so long may lose its rig or its job
+    poll_s: float = 0.2  # how soon a new campaign or job, an abort or a cancellation is noticed
     stop_s: float = 20.0  # how long a stopping service waits until its rigs are safe
+    keep_results_days: float = 365.0  # the files of a job's result are removed so long after its end; its record stays
 
     def __post_init__(self) -> None:
         if not self.host.strip():
@@ -38,6 +42,8 @@ class Settings:
             seconds = getattr(self, name)
             if not (isfinite(seconds) and seconds > 0):
                 raise SettingsError(f"{name} is {seconds}: it must be a positive number of seconds")
+        if not self.keep_results_days > 0:
+            raise SettingsError(f"keep_results_days is {self.keep_results_days}: it must be positive; inf: for ever")
         if self.poll_s > self.lease_s / 4:
             raise SettingsError(
                 f"poll_s is {self.poll_s:g}: it must not exceed a quarter of lease_s ({self.lease_s:g})"
@@ -57,8 +63,12 @@ class Settings:
         return self.data_dir / "runs"
 
     @property
-    def reports_dir(self) -> Path:
-        return self.data_dir / "reports"
+    def results_dir(self) -> Path:
+        return self.data_dir / "reports"  # the name that it had when reports were the only results
+
+    @property
+    def keep_results_s(self) -> float:
+        return self.keep_results_days * 86400.0
 
 
 def read_settings(environ: Mapping[str, str], **given: Any) -> Settings:
@@ -71,7 +81,7 @@ def read_settings(environ: Mapping[str, str], **given: Any) -> Settings:
     types = {field.name: type(field.default) for field in fields(Settings)}
     values: dict[str, Any] = {}
     for variable, text in environ.items():
-        if not variable.startswith(PREFIX) or variable.startswith(_FOR_TESTS):
+        if not variable.startswith(PREFIX) or variable.startswith(_READ_ELSEWHERE):
             continue
         name = variable.removeprefix(PREFIX).lower()
         if name not in types:

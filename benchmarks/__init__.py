@@ -1,1 +1,1 @@
-"""What is promised in figures, measured: `make bench` runs every benchmark."""
+"""Benchmarks of the figures in the documentation: `make bench` runs all of them."""

@@ -1,4 +1,4 @@
-"""Runs every benchmark in turn, each in a process of its own; ends with 1 where one failed."""
+"""Runs all benchmarks, one after the other, each in its own process; exit status 1 where one failed."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Experiment design: coverage, crest factor and time, each beside its goal.
+"""Experiment design: coverage, crest factor and time, each with its goal.
 
-`python -c "import benchmarks.bench_excitation as b; b.main(quick=True)"` leaves the largest signals out.
+`python -c "import benchmarks.bench_excitation as b; b.main(quick=True)"` omits the largest signals.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.configuration import to_spec
 from excitation.coverage import coverage
 from excitation.crest import crest_factor_of, low_crest, schroeder
-from excitation.door import to_spec
 from excitation.homogenise import homogenised
 from excitation.multisine import Period, random_phase
 from excitation.multisine_spec import HomogeniseSpec, MultisineSpec
@@ -91,7 +91,7 @@ def _shape_change(a: NDArray[np.float64], b: NDArray[np.float64], lines: NDArray
 
 
 def crest() -> None:
-    """Crest factors of flat lines, against Schroeder's phases."""
+    """Crest factors of flat spectra, compared with Schroeder's phases."""
     for count in (15, 31, 100):
         lines, flat = np.arange(1, count + 1), np.ones(count)
         start = crest_factor_of(lines, flat, schroeder(flat))
@@ -105,7 +105,7 @@ def crest() -> None:
 def sizes(spec: MultisineSpec, powers: range) -> None:
     """Time of each method from 2^13 to 2^20 samples, and the memory at its peak."""
     for power in powers:
-        sized = replace(spec, period_samples=2**power, seed=1000)  # one that no other figure has made
+        sized = replace(spec, period_samples=2**power, seed=1000)  # not computed before, so not cached
         _, random_s = _timed(lambda s=sized: random_phase(s))
         _, duym_s = _timed(lambda s=sized: homogenised(replace(s, homogenise=replace(DUYM, iterations=20))))
         asked = replace(sized, homogenise=DIRECT)

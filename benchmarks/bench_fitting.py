@@ -42,8 +42,8 @@ def main() -> None:
 def recovery() -> None:
     """Null specimens: every free parameter 30 % up or down, then a fit to all runs.
 
-    The noise is that of the load cell alone; a stiff or heavy damper makes more of that of the displacement, which no
-    start could avoid: what the fit from the specimen's own values leaves is told beside it.
+    The noise is that of the load cell. Noise of the displacement adds to it in a stiff or heavy damper, whatever the
+    start: the residual of the fit from the true values is printed for comparison.
     """
     print(
         "recovery of null specimens from starts ±30 % off, goal: within 5 % of the noise, 6 × 20 000 samples in ≤ 5 s"
@@ -62,14 +62,14 @@ def recovery() -> None:
         seconds.append(took)
         family = str(hidden.detail.get("family", ""))
         print(
-            f"  seed {seed:2d} {family:22s} {ratio:6.3f} × noise ({own:.3f} from its own values), "
+            f"  seed {seed:2d} {family:22s} {ratio:6.3f} × noise ({own:.3f} from the true values), "
             f"{found.iterations:2d} steps, "
             f"{took:5.2f} s for 120 000 samples, {'converged' if found.converged else found.reason}",
             flush=True,
         )
     print(
         f"  {reached} of {len(SEEDS)} within 5 % of the noise, worst {worst:.3f}; "
-        f"{same} as near as from their own values"
+        f"{same} as near as from the true values"
     )
     print(f"  median {np.median(seconds):.2f} s, "
           f"longest {max(seconds):.2f} s")  # fmt: skip
@@ -106,7 +106,7 @@ Cost = Callable[[Floats], float]
 
 
 def _cost(model: Model, record: Record) -> Cost:
-    """rms by the free parameters, those within one sign on a logarithmic scale."""
+    """rms as a function of the free parameters, on a logarithmic scale where their bounds have one sign."""
     free, measured = model.free(), record.measured
 
     def cost(place: Floats) -> float:
@@ -153,7 +153,7 @@ def _starts(model: Model, record: Record, low: Floats, high: Floats, budget: int
     best, used = np.inf, 0
     for start in starts(model, model.free(), 200, spread=30.0, seed=seed)[1:]:
         used += 2
-        with suppress(SimulationError):  # of the first evaluation alone
+        with suppress(SimulationError):  # only the first evaluation of a start can raise it
             found = fit_records(start, [record], max_iterations=25)
             best, used = min(best, found.rms), used + 2 * (found.evaluations - 1)
         if used >= budget:

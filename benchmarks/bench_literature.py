@@ -1,6 +1,6 @@
 """Every model of the literature on the measured runs of a magneto-rheological damper (A. N. Vargas, UTFPR).
 
-Five runs are fitted, two are held out. `python -m benchmarks.bench_literature CHART.html` draws the comparison too.
+Five runs are fitted, two are held out. `python -m benchmarks.bench_literature CHART.html` also draws the comparison.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ STARTS, SPREAD = 24, 10.0
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One model on the runs that no fit has seen."""
+    """Errors of one model."""
 
     name: str
     fit: Fit

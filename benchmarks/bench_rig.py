@@ -1,4 +1,4 @@
-"""Streaming to a rig in a process of its own: in real time over every wire with all cores busy, and as fast as it goes.
+"""Streaming to a rig in a process of its own: in real time over every wire with all cores busy, and at full speed.
 
 For each wire and sample rate: the share of samples that arrived, the underruns, gaps and damaged blocks that the rig
 counted, and the share of one core that the driver used. ``python -m benchmarks.bench_rig 10`` plays ten seconds each.
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from benchmarks.machine import a_rig, a_sine, busy_cores
 from rigctl.player import PlayerSettings, connect, play
-from rigctl.priority import ahead
+from rigctl.priority import real_time_priority
 from rigctl.runfile import read_run
 
 NAME = f"bench-{os.getpid()}"
@@ -48,11 +48,11 @@ def measure(url: str, rate_hz: float, seconds: float, speed: float) -> bool:
 def main(seconds: float = 60.0) -> None:
     """Raises SystemExit where a sample was lost."""
     with busy_cores() as cores:
-        with ahead() as permitted:
-            priority = "real-time" if permitted else "ordinary, the system permits no other"
+        with real_time_priority() as permitted:
+            priority = "real-time" if permitted else "ordinary, the system permits no real-time priority"
         print(f"streaming, {seconds:g} s in real time, {cores} cores busy with other work, priority {priority}")
         whole = [measure(url, rate_hz, seconds, 1.0) for url, rate_hz in REAL_TIME]
-    print("streaming, as fast as it goes")
+    print("streaming, at full speed")
     whole += [measure(url, rate_hz, 20.0, 100.0) for url, rate_hz in FAST]
     if not all(whole):
         raise SystemExit("samples were lost")

@@ -1,6 +1,6 @@
 """Drive-file iteration on a rig in a process of its own: the error of every iteration, in per cent of the target's rms.
 
-A homogenised multisine and a road record; each has at most five iterations after the plain command to come to 1 %.
+A homogenised multisine and a road record; each must reach 1 % within five iterations after the plain command.
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.machine import a_rig
-from excitation.kinds import excitation_from_config
+from excitation.kinds import Kind
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
+from excitation.synthesis import excitation_from_config
 from rigctl.iterate import Iterated, Outcome, iterate
 from rigctl.player import connect, play
 
@@ -39,7 +40,7 @@ HOMOGENISED = {
 
 
 def a_road(seconds: float = 30.0, peak_m: float = 0.02) -> Excitation:
-    """A record that repeats nothing: the power of a rough road over frequency, 0.3 … 25 Hz."""
+    """A record without a period, with the spectrum of a rough road from 0.3 to 25 Hz."""
     n = round(seconds * RATE_HZ)
     f = np.fft.rfftfreq(2 * n, 1 / RATE_HZ)
     band = (f > 0.3) & (f < 25)

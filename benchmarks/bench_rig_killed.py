@@ -1,4 +1,4 @@
-"""A host that streams is killed with SIGKILL at a random moment, again and again, with all cores busy.
+"""A host that streams is killed with SIGKILL at a random moment, many times, with all cores busy.
 
 Every run file must be recovered, with every sample that the host had acknowledged a second before its end; the rig
 must have come to rest by itself. ``python -m benchmarks.bench_rig_killed 10`` kills ten.
@@ -30,7 +30,7 @@ WATCHDOG_S = PlayerSettings().watchdog_s
 
 
 def host(url: str, folder: Path, told: int) -> None:
-    """Stream for a minute, in a process of its own, and tell of every sample that has arrived."""
+    """Stream for a minute, in a process of its own, and report the number of samples that have arrived."""
     settings = PlayerSettings(ramp_s=0.2, report_s=0.0)
     with closing(connect(url)) as wire:
         play(
@@ -65,14 +65,14 @@ def kill_one(url: str, folder: Path, after_s: float) -> tuple[int, int, bool]:
     assert killed_at is not None, "the host ended before it was killed"
     [found] = recover_directory(folder)
     samples = 0 if found.path is None else read_run(found.path).samples
-    time.sleep(WATCHDOG_S + 0.3)  # nobody speaks to the rig: it has to stop by itself
+    time.sleep(WATCHDOG_S + 0.3)  # no host: the rig has to stop by itself
     with closing(connect(url)) as wire:
         safe = wire.status(2.0).state in SAFE_STATES
     return max((n for at, n in told if at < killed_at - 1.0), default=0), samples, safe
 
 
 def main(kills: float = 100) -> None:
-    """Raises SystemExit where a sample was lost or a rig went on."""
+    """Raises SystemExit where a sample was lost or a rig did not stop."""
     random, lost, unsafe, tail = np.random.default_rng(1), 0, 0, []
     with ExitStack() as stack:
         rigs = [stack.enter_context(a_rig(url))[0] for url in WIRES]
@@ -88,7 +88,7 @@ def main(kills: float = 100) -> None:
         f"{min(tail)} … {max(tail)} samples more than due"
     )
     if lost or unsafe:
-        raise SystemExit("samples were lost, or a rig went on")
+        raise SystemExit("samples were lost, or a rig did not stop")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-"""Ten minutes of streaming over CAN FD: memory of driver and rig while it goes on, nothing lost.
+"""Ten minutes of streaming over CAN FD: memory of driver and rig, and no sample lost.
 
-``python -m benchmarks.bench_rig_soak 60`` soaks for a minute.
+``python -m benchmarks.bench_rig_soak 60`` runs for a minute.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The solver against C loops written for each very model, compiled here and now, and its error by half the step."""
+"""The solver compared with a C loop for each model, compiled here, and its error estimated with half the step."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ ENRICHED = {"k1": 4e6, "k2": 3e6, "c2": 2e4}
 
 
 def main() -> int:
-    """Prints nanoseconds a sample and ratios; returns 1 where gcc is not there."""
+    """Prints nanoseconds a sample and ratios; returns 1 where gcc is missing."""
     if shutil.which("gcc") is None:
-        print("gcc is not there: no C loop to compare with")
+        print("gcc is missing: there is no C loop to compare with")
         return 1
     motion = a_motion()
     with tempfile.TemporaryDirectory() as folder:
@@ -58,7 +58,7 @@ def main() -> int:
 
 
 def cases() -> list[tuple[str, Model, str, list[float], float]]:
-    """Name, model, C function, its parameters, and the ratio aimed at."""
+    """Name, model, C function, its parameters, and the goal of the ratio."""
     bouc_wen = [
         element("viscous_damping", {"c": 500.0}),
         element("linear_stiffness", {"k": 1e3}),
@@ -97,7 +97,7 @@ def cases() -> list[tuple[str, Model, str, list[float], float]]:
 
 
 def gradients(motion: Motion) -> None:
-    """What the exact gradient costs beside the force alone."""
+    """Time of the exact gradient relative to the force alone."""
     for name, model, *_ in cases():
         alone, whole = (
             timed(lambda m=model: simulate(m, motion)),
@@ -110,7 +110,7 @@ def gradients(motion: Motion) -> None:
 
 
 def a_motion() -> Motion:
-    """Band-limited displacement of 20 mm up to 20 Hz, with a current that wanders."""
+    """Band-limited displacement of 20 mm up to 20 Hz, with a slowly varying current."""
     t = np.arange(N) * DT
     lines = np.arange(1, round(20.0 * N * DT))
     spectrum = np.zeros(N // 2 + 1, dtype=complex)

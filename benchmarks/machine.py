@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from excitation.kinds import Kind
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 
 SERVE = """
 import sys

@@ -3,8 +3,9 @@
 from excitation.envelope import Envelope, check, check_plan, read_envelope, scale_to_fit
 from excitation.errors import DesignError, EnvelopeError, ExcitationError, ExcitationFileError
 from excitation.files import read_excitation, read_plan, write_excitation, write_plan
+from excitation.kinds import Kind
 from excitation.plan import Test, TestPlan, plan_from_config, test_from_config
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 
 __all__ = [
     "DesignError",

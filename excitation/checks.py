@@ -6,25 +6,25 @@ from collections.abc import Sequence
 
 from excitation.errors import DesignError
 
-__all__ = ["above", "at_least", "one_of", "within"]
+__all__ = ["check_above", "check_at_least", "check_one_of", "check_within"]
 
 
-def above(name: str, value: float, low: float, unit: str = "") -> None:
+def check_above(name: str, value: float, low: float, unit: str = "") -> None:
     if not value > low:
         raise DesignError(f"{name} is {value:g}{_unit(unit)}: it must be above {low:g}{_unit(unit)}")
 
 
-def at_least(name: str, value: float, low: float, unit: str = "") -> None:
+def check_at_least(name: str, value: float, low: float, unit: str = "") -> None:
     if not value >= low:
         raise DesignError(f"{name} is {value:g}{_unit(unit)}: it must be at least {low:g}{_unit(unit)}")
 
 
-def within(name: str, value: float, low: float, high: float, unit: str = "") -> None:
+def check_within(name: str, value: float, low: float, high: float, unit: str = "") -> None:
     if not low <= value <= high:
         raise DesignError(f"{name} is {value:g}{_unit(unit)}: it must lie in {low:g} … {high:g}{_unit(unit)}")
 
 
-def one_of(name: str, value: object, known: Sequence[str]) -> None:
+def check_one_of(name: str, value: object, known: Sequence[str]) -> None:
     if value not in known:
         raise DesignError(f"{name} is {value!r}: it must be one of {', '.join(known)}")
 

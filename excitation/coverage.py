@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation.checks import within
+from excitation.checks import check_within
 from excitation.errors import DesignError
 
 __all__ = ["Coverage", "coverage", "cumulative_distribution"]
@@ -26,7 +26,7 @@ class Coverage:
         """D = 100·(K/N²)·Σ(n_cell − N/K)², percent.
 
         The squared relative deviation of the cells' filling from the mean filling: 0 is uniform. It tends to
-        a value that belongs to the distribution alone as N grows (N independent uniform samples give 100·(K −
+        a value that depends only on the distribution as N grows (N independent uniform samples give 100·(K −
         1)/N) and the cells shrink.
         """
         cells, samples = self.counts.size, int(self.counts.sum())
@@ -48,7 +48,7 @@ def coverage(variables: Sequence[NDArray[np.float64]], grid: Sequence[int]) -> C
     if len(variables) != len(grid) or not 1 <= len(grid) <= 3:
         raise DesignError(f"grid is {list(grid)}: it needs one number of cells for each of {len(variables)} variables")
     for cells in grid:
-        within("grid", cells, 2, 100_000)
+        check_within("grid", cells, 2, 100_000)
     index = np.zeros(variables[0].size, dtype=np.int64)
     edges = []
     for values, cells in zip(variables, grid, strict=True):

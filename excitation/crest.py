@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.lbfgs import minimise
-from excitation.turns import cosine_and_sine, uniform
+from excitation.portable_math import cosine_and_sine, uniform
 
 __all__ = ["crest_factor_of", "low_crest", "schroeder"]
 
@@ -17,8 +17,10 @@ _OVERSAMPLING = 32  # samples per period of the highest line, while the peak is 
 
 
 def schroeder(amplitude: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Phases in turns, (K,), of neighbouring lines with these amplitudes: φ_k = −Σ_{l<k} (k − l)·p_l, p the
-    relative powers: the instantaneous frequency sweeps the band with a dwell proportional to the power.
+    """Phases in turns (1 turn = 2π rad), (K,), of neighbouring lines with these amplitudes.
+
+    φ_k = −Σ_{l<k} (k − l)·p_l, p the relative powers: the instantaneous frequency
+    sweeps the band with a dwell proportional to the power.
 
     References
     ----------
@@ -91,8 +93,8 @@ class _Signal:
         return np.fft.irfft(spectrum, n=self.samples, norm="forward") * 0.5, phasor
 
     def norm(self, exponent: int, turns: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-        """‖u‖_p = peak·(mean (u/peak)^p)^(1/p), and its gradient by turns; p a power of two: only squares and
-        square roots, which are exact alike everywhere."""
+        """‖u‖_p = peak·(mean (u/peak)^p)^(1/p), and its gradient by the phases in turns. p is a power of two:
+        squares and square roots give the same bits on every processor."""
         self.evaluations += 1
         signal, phasor = self(turns)
         peak = float(np.abs(signal).max())

@@ -6,17 +6,17 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from excitation.checks import one_of
-from excitation.door import read_config, to_config, to_spec
+from excitation.checks import check_one_of
+from excitation.configuration import read_config, to_config, to_spec
 from excitation.envelope import Envelope, check, check_plan, read_envelope, scale_to_fit
 from excitation.errors import DesignError, EnvelopeError
 from excitation.files import read_excitation, read_plan
 from excitation.harmonic_plan import harmonic_plan
-from excitation.kinds import excitation_from_config
 from excitation.plan import Test, TestPlan, config_of, plan_from_config
 from excitation.plan_files import holds_a_plan
 from excitation.prediction import ForceModel
 from excitation.signal import JSON, Excitation
+from excitation.synthesis import excitation_from_config
 
 __all__ = ["COMMANDS", "design", "design_file", "envelope_of", "remake", "remake_file", "within_envelope"]
 
@@ -33,13 +33,13 @@ def design_file(
 ) -> Excitation | TestPlan:
     """What `damper-rig design COMMAND CONFIG.toml` makes, checked against the limits or scaled to fit them.
 
-    ``envelope`` (or its TOML file) stands in the place of the one that the configuration names. Files that the
-    configuration names (an envelope, a service record) are looked for beside it.
+    ``envelope`` (or its TOML file) replaces the one that the configuration names. Paths in the configuration (an
+    envelope, a service record) are relative to the configuration file.
 
     Raises DesignError or EnvelopeError that begins with the file's name.
     """
     path = Path(path)
-    config = _beside(read_config(path), path.parent)
+    config = _with_paths_resolved(read_config(path), path.parent)
     try:
         limits = envelope if isinstance(envelope, Envelope) else None if envelope is None else read_envelope(envelope)
         limits = limits or _limits(config)
@@ -58,7 +58,7 @@ def design_file(
 def envelope_of(path: Path | str) -> Envelope | None:
     """The envelope that a configuration file names; None where it names none. Raises DesignError."""
     path = Path(path)
-    return _limits(_beside(read_config(path), path.parent))
+    return _limits(_with_paths_resolved(read_config(path), path.parent))
 
 
 def _limits(config: Mapping[str, JSON]) -> Envelope | None:
@@ -66,7 +66,7 @@ def _limits(config: Mapping[str, JSON]) -> Envelope | None:
     return None if envelope is None else to_spec(Envelope, envelope, "envelope")  # type: ignore[arg-type]
 
 
-def _beside(config: Mapping[str, JSON], folder: Path) -> dict[str, JSON]:
+def _with_paths_resolved(config: Mapping[str, JSON], folder: Path) -> dict[str, JSON]:
     """The configuration with its envelope read and its service record's path resolved."""
     resolved = dict(config)
     if isinstance(named := config.get("envelope"), str):
@@ -111,11 +111,11 @@ def design(command: str, config: Mapping[str, JSON]) -> Excitation | TestPlan:
 
     Raises DesignError or EnvelopeError, one line.
     """
-    one_of("command", command, COMMANDS)
+    check_one_of("command", command, COMMANDS)
     if command == "harmonic":
         return harmonic_plan(config)
     kind = "multisine" if command == "random-phase" else "homogenised"
-    own = {key: value for key, value in config.items() if key not in _AROUND}
+    own = {key: value for key, value in config.items() if key not in _KEYS_OF_THE_SERIES}
     made = _one_or_series({**own, "kind": kind}, config)
     envelope, fit = config.get("envelope"), config.get("scale_to_fit", False)
     if not isinstance(fit, bool):
@@ -125,8 +125,8 @@ def design(command: str, config: Mapping[str, JSON]) -> Excitation | TestPlan:
     return within_envelope(made, to_spec(Envelope, envelope, "envelope"), fit=fit)  # type: ignore[arg-type]
 
 
-# keys that are no multisine's
-_AROUND = frozenset({"levels", "realisations", "kind", "envelope", "scale_to_fit"})
+# keys of the configuration that do not belong to the multisine
+_KEYS_OF_THE_SERIES = frozenset({"levels", "realisations", "kind", "envelope", "scale_to_fit"})
 
 
 def _one_or_series(own: Mapping[str, JSON], config: Mapping[str, JSON]) -> Excitation | TestPlan:

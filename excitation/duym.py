@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.coverage import coverage
-from excitation.turns import cosine_and_sine, turns_of, uniform
+from excitation.portable_math import angle_turns, cosine_and_sine, uniform
 
 if TYPE_CHECKING:
     from excitation.direct import Axis
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["duym"]
 
 _ITERATIONS = 200
-_STALLED = 20  # rounds without a lower index: a fixed point
+_MOST_ROUNDS_WITHOUT_GAIN = 20  # rounds without a lower index: a fixed point
 
 
 def duym(
@@ -34,9 +34,9 @@ def duym(
 
     Each round and each axis: the samples, in ascending order, are replaced by the equidistant set of the same
     rms (range ±√3·rms), put back in time, and the phases of that signal's DFT are kept with the original
-    amplitudes. Axes that share their phases (displacement and velocity) take turns: the kinematic coupling,
-    which the published method leaves out, then acts through the shared phases. The iteration ends in a fixed
-    point, a different one for each start: rounds that are left then start again from other random phases,
+    amplitudes. Axes that share their phases (displacement and velocity) are treated one after the other: the
+    kinematic coupling, which the published method leaves out, then acts through the shared phases. The iteration
+    ends in a fixed point that depends on the start: remaining rounds start again from other random phases,
     drawn by ``key``.
 
     References
@@ -57,13 +57,13 @@ def duym(
         lowest_here = min(lowest_here, index)
         if index < lowest:
             lowest, best = index, list(phasors)
-        if stalled >= _STALLED:
+        if stalled >= _MOST_ROUNDS_WITHOUT_GAIN:
             phasors = [_phasor(uniform((*key, 7, number, n), t.lines.size)) for n, t in enumerate(tones)]
             lowest_here, stalled = np.inf, 0
             continue
         for axis in axes:
             phasors[axis.tones] = _round(axis, phasors[axis.tones], lines[axis.tones], equidistant)
-    return tuple(turns_of(p.real, p.imag) for p in best)
+    return tuple(angle_turns(p.real, p.imag) for p in best)
 
 
 def _round(
@@ -78,7 +78,7 @@ def _round(
     uniform_signal = np.empty_like(equidistant)
     ranks = np.argsort(_signal(axis, phasor, lines, equidistant.size), kind="stable")
     uniform_signal[ranks] = equidistant
-    found = _turned(np.fft.rfft(uniform_signal)[lines], -axis.offset_turns)
+    found = _rotated(np.fft.rfft(uniform_signal)[lines], -axis.offset_turns)
     size = np.sqrt(found.real * found.real + found.imag * found.imag)
     size = np.where(size > 0.0, size, 1.0)
     unit = _complex(found.real / size, found.imag / size)
@@ -91,20 +91,20 @@ def _phasor(turns: NDArray[np.float64]) -> NDArray[np.complex128]:
 
 
 def _complex(real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Put together without complex arithmetic, whose fused products differ between processors."""
+    """A complex array made without complex arithmetic, whose fused products differ between processors."""
     value = np.empty(real.shape, dtype=np.complex128)
     value.real, value.imag = real, imaginary
     return value
 
 
-def _turned(phasor: NDArray[np.complex128], turns: float) -> NDArray[np.complex128]:
+def _rotated(phasor: NDArray[np.complex128], turns: float) -> NDArray[np.complex128]:
     cos, sin = cosine_and_sine(np.array([turns]))
     return _complex(phasor.real * cos - phasor.imag * sin, phasor.imag * cos + phasor.real * sin)
 
 
 def _signal(axis: Axis, phasor: NDArray[np.complex128], lines: NDArray[np.int64], samples: int) -> NDArray[np.float64]:
     spectrum = np.zeros(samples // 2 + 1, dtype=np.complex128)
-    turned = _turned(phasor, axis.offset_turns)
+    turned = _rotated(phasor, axis.offset_turns)
     spectrum.real[lines] = axis.amplitude * turned.real
     spectrum.imag[lines] = axis.amplitude * turned.imag
     return np.fft.irfft(spectrum, n=samples, norm="forward") * 0.5

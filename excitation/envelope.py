@@ -1,4 +1,4 @@
-"""A plan is checked against the rig before it exists: what exceeds is refused, or scaled until it fits."""
+"""Checks tests against the limits of the rig: a test that exceeds them is refused, or scaled until it fits."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from excitation.errors import DesignError, EnvelopeError
-from excitation.kinds import excitation_from_config
 from excitation.plan import Test, TestPlan
 from excitation.prediction import ForceModel, Prediction, predict
 from excitation.rig import Envelope, read_envelope
 from excitation.signal import JSON, Excitation
+from excitation.synthesis import excitation_from_config
 
 __all__ = [
     "Envelope",
@@ -24,7 +24,7 @@ __all__ = [
     "temperatures",
 ]
 
-_ROUNDING = 1e-9  # of a limit: what differentiation by DFT may add
+_ROUNDING = 1e-9  # of a limit: error of differentiation by DFT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +36,7 @@ class Excess:
     limit: float
     unit: str
     below: bool = False
-    scales: bool = True  # a smaller motion helps
+    scales: bool = True  # whether a smaller motion helps
 
     def __str__(self) -> str:
         bounded = self.needs < float("inf")
@@ -52,13 +52,13 @@ class Excess:
 def excesses(excitation: Excitation, envelope: Envelope, force_model: ForceModel | None = None) -> tuple[Excess, ...]:
     """Every limit that the excitation exceeds, the worst first."""
     found = [
-        *_against(predict(excitation, envelope, force_model), envelope),
+        *_over_limits(predict(excitation, envelope, force_model), envelope),
         *_sample_rate(excitation, envelope),
     ]
     return tuple(sorted(found, key=lambda e: -abs(e.needs - e.limit) / max(abs(e.limit), 1e-12)))
 
 
-def _against(predicted: Prediction, rig: Envelope) -> Iterator[Excess]:
+def _over_limits(predicted: Prediction, rig: Envelope) -> Iterator[Excess]:
     moves = rig.motion
     upper: list[tuple[str, float | None, float | None, str, bool]] = [
         ("displacement", predicted.displacement_m, moves.max_displacement_m, "m", True),
@@ -74,8 +74,8 @@ def _against(predicted: Prediction, rig: Envelope) -> Iterator[Excess]:
         upper.append(("servo-valve flow share", predicted.valve_flow_share, 1.0, "", True))
         upper.append(("accumulator oil", predicted.accumulator_m3, oil.accumulator_volume_m3, "m³", True))
     if rig.temperature is not None and rig.specimen is not None:
-        room = rig.temperature.max_degc - rig.specimen.ambient_degc
-        upper.append(("temperature rise", predicted.temperature_rise_k, room, "K", True))
+        margin = rig.temperature.max_degc - rig.specimen.ambient_degc
+        upper.append(("temperature rise", predicted.temperature_rise_k, margin, "K", True))
     for quantity, needs, limit, unit, scales in upper:
         if needs is not None and limit is not None and needs > limit + _ROUNDING * abs(limit):
             yield Excess(quantity=quantity, needs=needs, limit=limit, unit=unit, scales=scales)
@@ -116,14 +116,14 @@ def _advice(test: Test, envelope: Envelope, force_model: ForceModel | None) -> s
 
 
 def _slower(test: Test, envelope: Envelope, force_model: ForceModel | None) -> str:
-    """At the same amplitude, the highest frequency that fits: for sines and the like."""
+    """The highest frequency that fits at the same amplitude, where the design has one frequency."""
     design = test.excitation.design
     frequency = design.get("frequency")
     if not isinstance(frequency, float):
         return ""
-    if any(e.quantity in _WHATEVER_THE_SPEED for e in excesses(test.excitation, envelope, force_model)):
+    if any(e.quantity in _INDEPENDENT_OF_SPEED for e in excesses(test.excitation, envelope, force_model)):
         return ""
-    # as slow as half a million samples allow
+    # the lowest frequency at which the test has at most 2^19 samples
     played_cycles = test.excitation.duration_s * frequency
     low = max(frequency * 2.0**-12, played_cycles * test.excitation.sample_rate_hz / 2.0**19)
     high = frequency
@@ -140,7 +140,7 @@ def _slower(test: Test, envelope: Envelope, force_model: ForceModel | None) -> s
     return f", or frequency = {_round_down(low):g}"
 
 
-_WHATEVER_THE_SPEED = ("displacement", "current", "sample rate")
+_INDEPENDENT_OF_SPEED = ("displacement", "current", "sample rate")
 
 
 def scale_to_fit(test: Test, envelope: Envelope, force_model: ForceModel | None = None) -> Test:
@@ -178,13 +178,13 @@ def _largest_factor(excitation: Excitation, envelope: Envelope, force_model: For
         middle = 0.5 * (low + high)
         low, high = (middle, high) if fits(middle) else (low, middle)
     if low == 0.0:
-        raise DesignError("even a motion of nearly nothing exceeds a limit")
+        raise DesignError("even a motion of almost zero amplitude exceeds a limit")
     return low
 
 
 def _rounded(excitation: Excitation, factor: float, envelope: Envelope, force_model: ForceModel | None) -> Excitation:
-    """Made again at the largest number of four digits that fits: the nearest to the factor, else the next
-    below.
+    """The design made again with an amplitude of four digits: the one nearest to the factor, or the next below it
+    where that exceeds a limit.
     """
     nearest = excitation_from_config(_scaled(excitation.design, factor, down=False))
     if not any(e.scales for e in excesses(nearest, envelope, force_model)):
@@ -201,7 +201,7 @@ def _scaled(design: Mapping[str, JSON], factor: float, *, down: bool) -> dict[st
 
 
 def _round_down(value: float) -> float:
-    """Four significant digits, downwards: a number that a person can type, within the limit."""
+    """Rounded down to four significant digits: within the limit, and easy to type."""
     digits = f"{value:.3e}"
     rounded = float(digits)
     return rounded if rounded <= value else float(f"{value - 0.5 * 10.0 ** (int(digits[-3:]) - 3):.3e}")
@@ -228,7 +228,7 @@ def _current_in_range(design: Mapping[str, JSON], envelope: Envelope) -> Mapping
 def check_plan(plan: TestPlan, envelope: Envelope, force_model: ForceModel | None = None) -> tuple[Prediction, ...]:
     """The prediction of each test, in order; raises EnvelopeError for the first test that exceeds the rig.
 
-    The damper's temperature is followed through tests and dwells where the specimen's heat capacity is known.
+    The damper's temperature is predicted through tests and dwells where the specimen's heat capacity is known.
     """
     predictions = tuple(check(test, envelope, force_model) for test in plan.tests)
     for test, celsius in zip(plan.tests, temperatures(plan, predictions, envelope), strict=True):
@@ -242,7 +242,7 @@ def check_plan(plan: TestPlan, envelope: Envelope, force_model: ForceModel | Non
 
 
 def temperatures(plan: TestPlan, predictions: tuple[Prediction, ...], envelope: Envelope) -> tuple[float, ...]:
-    """Predicted damper temperature at the end of each test, °C; empty rise where the specimen is not known.
+    """Predicted damper temperature at the end of each test, °C; NaN where the specimen's heat capacity is not known.
 
     T relaxes to ambient + P/h with the time constant C/h during a test of mean power P, to ambient during a
     dwell.

@@ -8,11 +8,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation.checks import above, at_least, within
-from excitation.door import STRICT, to_config
+from excitation.checks import check_above, check_at_least, check_within
+from excitation.configuration import STRICT, to_config
 from excitation.errors import DesignError
-from excitation.signal import JSON, Excitation, Kind
-from excitation.turns import cosine_and_sine, uniform
+from excitation.kinds import Kind
+from excitation.portable_math import cosine_and_sine, uniform
+from excitation.signal import JSON, Excitation
 
 __all__ = ["SineSpec", "StepsSpec", "TriangleSpec", "sine", "steps", "triangle"]
 
@@ -20,16 +21,16 @@ _MOST_SAMPLES = 2**24
 
 
 def _check_cycles(spec: SineSpec | TriangleSpec | StepsSpec) -> None:
-    above("sample_rate", spec.sample_rate_hz, 0.0, "Hz")
-    above("amplitude", spec.amplitude_m, 0.0, "m")
-    above("frequency", spec.frequency_hz, 0.0, "Hz")
+    check_above("sample_rate", spec.sample_rate_hz, 0.0, "Hz")
+    check_above("amplitude", spec.amplitude_m, 0.0, "m")
+    check_above("frequency", spec.frequency_hz, 0.0, "Hz")
     if spec.frequency_hz > spec.sample_rate_hz / 8:
         raise DesignError(
             f"frequency is {spec.frequency_hz:g} Hz: at {spec.sample_rate_hz:g} Hz it must not exceed "
             f"{spec.sample_rate_hz / 8:g} Hz, eight samples a period"
         )
-    at_least("cycles", spec.cycles, 1)
-    at_least("settling_cycles", spec.settling_cycles, 0)
+    check_at_least("cycles", spec.cycles, 1)
+    check_at_least("settling_cycles", spec.settling_cycles, 0)
     total = (spec.cycles + spec.settling_cycles) * spec.sample_rate_hz / spec.frequency_hz
     if total > _MOST_SAMPLES:
         raise DesignError(f"cycles is {spec.cycles}: with settling {total:.3g} samples; at most {_MOST_SAMPLES}")
@@ -47,7 +48,7 @@ class SineSpec:
     cycles: int
     settling_cycles: int = 0
     current_a: float | None = None
-    frequency_asked_hz: float | None = None  # the record of what was asked before whole samples per period
+    frequency_asked_hz: float | None = None  # as asked, before rounding to whole samples per period
 
     def __post_init__(self) -> None:
         _check_cycles(self)
@@ -74,7 +75,7 @@ class TriangleSpec:
 
     def __post_init__(self) -> None:
         _check_cycles(self)
-        within("corner_time", self.corner_time_s, 0.0, 0.5 / self.frequency_hz, "s")
+        check_within("corner_time", self.corner_time_s, 0.0, 0.5 / self.frequency_hz, "s")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,9 +103,9 @@ class StepsSpec:
         _check_cycles(self)
         if len(self.levels_a) < 2 or len(set(self.levels_a)) != len(self.levels_a):
             raise DesignError(f"levels is {list(self.levels_a)}: give two or more different currents")
-        at_least("step_time", self.step_time_s, 1.0 / self.sample_rate_hz, "s")
-        within("seed", self.seed, 0, 2**63 - 1)
-        at_least("periods", self.periods, 1)
+        check_at_least("step_time", self.step_time_s, 1.0 / self.sample_rate_hz, "s")
+        check_within("seed", self.seed, 0, 2**63 - 1)
+        check_at_least("periods", self.periods, 1)
         if self.periods > 1 and self.settling_cycles:
             raise DesignError(
                 f"settling_cycles is {self.settling_cycles}: it must be 0 where periods is above 1, "
@@ -141,7 +142,7 @@ def triangle(spec: TriangleSpec) -> Excitation:
 
 
 def steps(spec: StepsSpec) -> Excitation:
-    """Current steps while a sine runs: a step stands exactly at a sample, the current is held between
+    """Current steps while a sine runs: each step is exactly at a sample, the current is held between
     samples.
     """
     period_samples, realised_hz = _whole_samples(spec.sample_rate_hz, spec.frequency_hz)
@@ -191,7 +192,7 @@ def _triangle_shape(period_samples: int, corner: float) -> NDArray[np.float64]:
     distance = np.abs(np.where(turns < 0.5, turns, turns - 0.5) - 0.25)
     shape = 1.0 - 4.0 * distance
     round_ = distance < 0.5 * corner
-    near = distance[round_]  # alone: a corner of next to nothing divides what lies beyond it to infinity
+    near = distance[round_]  # only these: with a tiny corner the other samples would overflow
     shape[round_] = 1.0 - corner - 4.0 * near * (near / corner)
     return np.asarray(sign * shape / (1.0 - corner))
 

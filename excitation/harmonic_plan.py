@@ -9,17 +9,17 @@ from itertools import islice, product
 
 import numpy as np
 
-from excitation.door import to_spec
+from excitation.configuration import to_spec
 from excitation.envelope import check, check_plan, scale_to_fit
 from excitation.errors import DesignError
 from excitation.harmonic_plan_spec import HarmonicPlanSpec, OrderSpec, SeriesSpec, SplitSpec, values_of
 from excitation.plan import Test, TestPlan, test_from_config
+from excitation.portable_math import uniform
 from excitation.signal import JSON
-from excitation.turns import uniform
 
 __all__ = ["harmonic_plan"]
 
-_MOST_TESTS = 10_000  # weeks on a rig: beyond is a slip of the keyboard
+_MOST_TESTS = 10_000  # weeks on a rig: more is a typing error
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +77,7 @@ def _points(spec: HarmonicPlanSpec, series: SeriesSpec) -> Iterator[_Point]:
             frequency_hz=frequency,
             current_a=current,
             data_set=series.data_set,
-            held_out=series.kept_back,
+            held_out=series.is_held_out,
         )
 
 
@@ -96,11 +96,9 @@ def _motions(series: SeriesSpec, speed_factor: float) -> list[tuple[float, float
 
 
 def _split(points: list[_Point], split: SplitSpec | None) -> list[_Point]:
-    """Names the set of each point that has none, by seed; the severities of each set spread over the whole
-    range.
+    """Draws the data set of each point that has none, so that each set spans the whole range of severity.
 
-    Within each stretch of neighbours in severity, long enough for one test of the smallest share, the sets
-    are drawn.
+    The points are sorted by severity and cut into equal intervals; one point of each interval is drawn.
     """
     if split is None:
         return points
@@ -110,7 +108,7 @@ def _split(points: list[_Point], split: SplitSpec | None) -> list[_Point]:
     for number, (name, count) in enumerate(wanted.items()):
         left = [n for n, known in enumerate(names) if known == "training"]
         draw = uniform((split.seed, 6, number), count)
-        for k in range(count):  # one of each of `count` equal stretches of what is left
+        for k in range(count):  # one of each of `count` equal intervals of the remaining points
             first, last = k * len(left) // count, (k + 1) * len(left) // count
             names[left[first + int(draw[k] * (last - first))]] = name
     result = list(points)
@@ -137,7 +135,7 @@ def _order(severity: list[float], order: OrderSpec) -> list[int]:
 
 
 def _names(points: list[_Point]) -> list[str]:
-    """Speaking names; the second of two equal ones ends in _2."""
+    """Names made of wave form, amplitude, frequency and current; a repeated name gets _2, _3 …"""
     seen: Counter[str] = Counter()
     names = []
     for point in points:

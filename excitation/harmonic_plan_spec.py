@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
-from excitation.checks import above, at_least, within
-from excitation.door import STRICT
+from excitation.checks import check_above, check_at_least, check_within
+from excitation.configuration import STRICT
 from excitation.errors import DesignError
 from excitation.rig import Envelope
 
@@ -25,7 +25,7 @@ class AxisRange:
     spacing: Literal["log", "linear"] = "log"
 
     def __post_init__(self) -> None:
-        within("count", self.count, 2, 1000)
+        check_within("count", self.count, 2, 1000)
         if self.max <= self.min or (self.spacing == "log" and self.min <= 0):
             raise DesignError(
                 f"min … max is {self.min:g} … {self.max:g}: it must rise, from above 0 where spacing is log"
@@ -83,14 +83,14 @@ class SeriesSpec:
         names = ("amplitude", "frequency", "peak_velocity")
         for name, axis in zip(names, given, strict=True):
             for value in () if axis is None else values_of(axis):
-                above(name, value, 0.0)
+                check_above(name, value, 0.0)
         for name, axis in (*zip(names, given, strict=True), ("current", self.current_a)):
             if axis is not None and not values_of(axis):
                 raise DesignError(f"{name} is an empty list: give at least one value or leave it out")
-        within("repeats", self.repeats, 1, 1000)
+        check_within("repeats", self.repeats, 1, 1000)
 
     @property
-    def kept_back(self) -> bool:
+    def is_held_out(self) -> bool:
         return self.data_set not in ("", "training") if self.held_out is None else self.held_out
 
 
@@ -98,9 +98,9 @@ class SeriesSpec:
 class OrderSpec:
     """In which order the tests run.
 
-    "blocks": tests are dealt by severity (peak velocity squared) so that every block holds gentle and severe
-    ones, and shuffled within their block: neither heat nor the history of current and stroke goes with an
-    axis of the plan.
+    "blocks": tests are distributed by severity (peak velocity squared) so that every block has mild and severe
+    ones, and shuffled within their block: temperature and the history of current and stroke are then not
+    correlated with an axis of the plan.
     """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = STRICT
@@ -110,8 +110,8 @@ class OrderSpec:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        at_least("block_size", self.block_size, 2)
-        at_least("seed", self.seed, 0)
+        check_at_least("block_size", self.block_size, 2)
+        check_at_least("seed", self.seed, 0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,9 +125,9 @@ class SplitSpec:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        within("validation", self.validation, 0.0, 1.0)
-        within("test", self.test, 0.0, 1.0)
-        at_least("seed", self.seed, 0)
+        check_within("validation", self.validation, 0.0, 1.0)
+        check_within("test", self.test, 0.0, 1.0)
+        check_at_least("seed", self.seed, 0)
         if self.validation + self.test >= 1.0:
             raise DesignError(
                 f"validation + test is {self.validation + self.test:g}: it must leave something for training, below 1"
@@ -148,7 +148,7 @@ class WarmUpSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HarmonicPlanSpec:
-    """A plan of sines and triangles; series inherit cycles, settling cycles and wave form from here."""
+    """A plan of sines and triangles; series inherit the cycles, settling cycles and wave form given here."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = STRICT
 
@@ -168,10 +168,10 @@ class HarmonicPlanSpec:
     scale_to_fit: bool = False
 
     def __post_init__(self) -> None:
-        above("sample_rate", self.sample_rate_hz, 0.0, "Hz")
+        check_above("sample_rate", self.sample_rate_hz, 0.0, "Hz")
         if not self.series:
             raise DesignError("series is empty: a plan needs at least one [[series]]")
-        at_least("measure_time", self.measure_time_s, 0.0, "s")
-        at_least("dwell", self.dwell_s, 0.0, "s")
+        check_at_least("measure_time", self.measure_time_s, 0.0, "s")
+        check_at_least("dwell", self.dwell_s, 0.0, "s")
         if self.warm_up is not None and self.min_temperature_degc is None:
             raise DesignError("warm_up needs min_temperature: add the temperature up to which it runs")

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.errors import DesignError, ExcitationFileError
-from excitation.signal import JSON, Excitation, Kind
+from excitation.kinds import Kind
+from excitation.signal import JSON, Excitation
 
 __all__ = ["FORMAT", "get_excitation", "put_excitation", "read_hdf5", "write_hdf5"]
 
@@ -107,7 +108,7 @@ def _json(group: h5py.Group, name: str, where: str) -> Mapping[str, JSON]:
     except (TypeError, ValueError) as error:
         raise ExcitationFileError(f"{where}: attribute {name} is not JSON: {error}") from error
     if not isinstance(value, dict):
-        raise ExcitationFileError(f"{where}: attribute {name} is not a JSON object: the design is a table of keys")
+        raise ExcitationFileError(f"{where}: attribute {name} is not a JSON object: it must be a table of keys")
     return value
 
 
@@ -119,7 +120,9 @@ def _channel(group: h5py.Group, name: str, where: str) -> NDArray[np.float64]:
     if unit != _UNITS[name]:
         raise ExcitationFileError(f"{where}: channel {name} has unit {unit!r}: it must be {_UNITS[name]!r}")
     if data.ndim != 1 or not np.issubdtype(data.dtype, np.floating):
-        raise ExcitationFileError(f"{where}: channel {name} is {data.dtype} {data.shape}: it must be a row of floats")
+        raise ExcitationFileError(
+            f"{where}: channel {name} is {data.dtype} {data.shape}: it must be a 1-D array of floats"
+        )
     values = np.asarray(data[()], dtype=np.float64)
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:

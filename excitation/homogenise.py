@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation.direct import Axis, Soft, optimise_phases
+from excitation.direct import Axis, SoftLimit, optimise_phases
 from excitation.duym import duym
 from excitation.multisine import Period, current_tones, displacement_tones, fit_into_limits
 from excitation.multisine_spec import HomogeniseSpec, MultisineSpec, Variable
@@ -17,8 +17,8 @@ from excitation.periodic import Multitone
 
 __all__ = ["homogenised"]
 
-_ROOM = 1.6  # a limited quantity that is not covered is pressed towards this crest factor, no further
-_SOFT = 10.0
+_SOFT_LIMIT_CREST = 1.6  # the optimisation lowers the crest factor of a limited, uncovered quantity to this, no further
+_SOFT_LIMIT_WEIGHT = 10.0  # relative to the sum of squared modes
 
 
 def homogenised(spec: MultisineSpec) -> Period:
@@ -37,9 +37,8 @@ def homogenised(spec: MultisineSpec) -> Period:
 
 @lru_cache(maxsize=8)
 def _phases(spec: MultisineSpec) -> tuple[NDArray[np.float64], ...]:
-    """Phases in turns of displacement and, where it is covered, current. Remembered: the levels of a series,
-    and a
-    design that is scaled to fit, share them."""
+    """Phases in turns of displacement and, where it is covered, current. Cached, because the levels of a series
+    and a design that is scaled to fit have the same phases."""
     asked = spec.homogenise or HomogeniseSpec()
     motion, current = displacement_tones(spec), current_tones(spec)
     tones = [motion] if current is None or "current" not in spec.covered_variables else [motion, current]
@@ -67,9 +66,9 @@ def _unit(amplitude: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(amplitude * np.sqrt(2.0 / 3.0 / np.sum(amplitude * amplitude)))
 
 
-def _soft_limits(spec: MultisineSpec, motion: Multitone) -> list[Soft]:
-    """The limits of the motion that are not axes: each at the level where it would bind together with the
-    axes.
+def _soft_limits(spec: MultisineSpec, motion: Multitone) -> list[SoftLimit]:
+    """The limits of the motion on quantities that are not covered, each at the level that it has when the covered
+    axes reach theirs.
     """
     asked = spec.displacement
     omega = motion.omega(spec.sample_rate_hz)
@@ -83,8 +82,8 @@ def _soft_limits(spec: MultisineSpec, motion: Multitone) -> list[Soft]:
     for order, limit in enumerate(values):
         if order in covered or limit is None:
             continue
-        crest = max(_ROOM, limit / (factor * rms[order]))
+        crest = max(_SOFT_LIMIT_CREST, limit / (factor * rms[order]))
         if crest < 5.0:
             axis = Axis(tones=0, amplitude=_unit(amplitudes[order]), offset_turns=0.25 * order)
-            soft.append(Soft(axis=axis, limit=crest / np.sqrt(3.0), weight=_SOFT))
+            soft.append(SoftLimit(axis=axis, limit=crest / np.sqrt(3.0), weight=_SOFT_LIMIT_WEIGHT))
     return soft

@@ -1,61 +1,26 @@
-"""From the configuration of one excitation, its `kind` among the keys, to its samples."""
+"""The kinds of excitations: those that files name, and those that a configuration can ask for."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from enum import StrEnum
 
-from excitation.checks import one_of
-from excitation.door import to_spec
-from excitation.errors import DesignError
-from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec, sine, steps, triangle
-from excitation.homogenise import homogenised
-from excitation.multisine import as_excitation, covered, random_phase
-from excitation.multisine_spec import HomogeniseSpec, MultisineSpec
-from excitation.service import service_figures, with_record
-from excitation.signal import JSON, Excitation
-
-__all__ = ["KINDS", "excitation_from_config"]
-
-KINDS = ("multisine", "homogenised", "sine", "triangle", "steps")
+__all__ = ["DESIGNED", "HOMOGENISED", "Kind"]
 
 
-def excitation_from_config(config: Mapping[str, JSON], where: str = "") -> Excitation:
-    """The excitation that ``config`` describes; its key `kind` is one of KINDS, the others belong to the
-    kind.
+class Kind(StrEnum):
+    """What an excitation is: the values of `excitation_kind` in run and excitation files."""
 
-    Raises DesignError, one line that begins with ``where``.
-    """
-    kind = config.get("kind")
-    parameters = {key: value for key, value in config.items() if key != "kind"}
-    try:
-        one_of("kind", kind, KINDS)
-        return _make(str(kind), parameters)
-    except DesignError as error:
-        raise DesignError(f"{where}: {error}" if where else str(error)) from error
+    MULTISINE = "multisine"
+    SINE = "sine"
+    TRIANGLE = "triangle"
+    STEPS = "steps"
+    SWEEP = "sweep"
+    ROAD = "road"
+    CUSTOM = "custom"
 
 
-def _make(kind: str, config: Mapping[str, JSON]) -> Excitation:
-    match kind:
-        case "sine":
-            return sine(to_spec(SineSpec, config))
-        case "triangle":
-            return triangle(to_spec(TriangleSpec, config))
-        case "steps":
-            return steps(to_spec(StepsSpec, config))
-        case _:
-            return _multisine(kind, to_spec(MultisineSpec, config))
+HOMOGENISED = "homogenised"
+"""A way to design a multisine: its samples are of the kind ``Kind.MULTISINE``."""
 
-
-def _multisine(kind: str, spec: MultisineSpec) -> Excitation:
-    if kind == "homogenised":
-        spec = replace(spec, homogenise=spec.homogenise or HomogeniseSpec())
-    spec, record = with_record(spec)
-    period = homogenised(spec) if kind == "homogenised" else random_phase(spec)
-    made = as_excitation(spec, period, kind)
-    more: dict[str, JSON] = {}
-    if kind == "homogenised":
-        more["coverage_before"] = covered(spec, random_phase(spec)).index
-    if record is not None:
-        more |= service_figures(spec, period, record)
-    return replace(made, figures={**made.figures, **more})
+DESIGNED: tuple[str, ...] = (Kind.MULTISINE, HOMOGENISED, Kind.SINE, Kind.TRIANGLE, Kind.STEPS)
+"""The values of `kind` in a configuration: what this package can design."""

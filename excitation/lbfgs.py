@@ -1,4 +1,4 @@
-"""Limited-memory BFGS in plain sums: scipy's runs through BLAS, whose last bits depend on the processor."""
+"""Limited-memory BFGS without BLAS: scipy's uses it, and its last bits depend on the processor."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ Vector: TypeAlias = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Minimum:
-    """Where the search ended: "converged", "iterations" (used up), "flat" (no descent left), "enough" (told
-    so).
+    """Where the search ended and why: "converged", "iterations" (none left), "flat" (no descent found) or "enough"
+    (the caller's criterion).
     """
 
     x: Vector
@@ -42,8 +42,8 @@ def minimise(
 
     ``first_step``: length of the first step, unit of x. Ends when the value falls by less than ``tolerance``
     of itself in one iteration, or when ``enough(iteration, x)`` says so. The line search halves by a
-    safeguarded parabola until the value falls by 1e-4 of what the slope promises, and stretches once while
-    the slope is still steep.
+    safeguarded parabola until the value falls by 1e-4 of the decrease predicted by the slope, and lengthens the
+    step once while the slope is still steep.
 
     References
     ----------
@@ -116,7 +116,7 @@ def _line_search(
         new_value, new_gradient = function(trial)
         calls += 1
         if best is not None and not new_value < best[1]:
-            break  # stretching went too far
+            break  # the longer step is worse
         if new_value <= value + 1e-4 * length * slope:
             best = (trial, new_value, new_gradient)
             if _dot(new_gradient, direction) >= 0.9 * slope:

@@ -1,4 +1,4 @@
-"""Which DFT lines of a period are excited, and which are left silent to detect nonlinearity."""
+"""Which DFT lines of a period are excited, and which are left out to detect nonlinearity."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.errors import DesignError
-from excitation.turns import uniform
+from excitation.portable_math import uniform
 
 __all__ = ["Lines", "band_lines", "excited_lines"]
 

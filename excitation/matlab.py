@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from excitation.errors import ExcitationFileError
-from excitation.signal import Excitation, Kind
+from excitation.kinds import Kind
+from excitation.signal import Excitation
 
 __all__ = ["read_mat", "write_mat"]
 

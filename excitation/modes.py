@@ -1,9 +1,8 @@
 """Cosine modes of a sample distribution over a box, and their gradient: the compiled inner loops.
 
-Imported only where a homogenised design is made: numba takes its time to load. Own cosines, sums in a stated
-order, no fused multiply-add: the same bits on every processor. The innermost loops run over a block of
-samples and store where they do not load, which compilers turn into vector instructions without reordering
-anything.
+Imported only where a homogenised design is made: numba takes long to load. Cosines of this module, sums in a
+fixed order, no fused multiply-add: the same bits on every processor. The innermost loops run over a block of
+samples and do not read what they write, so that compilers use vector instructions without reordering sums.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 
 __all__ = ["gradient_2d", "gradient_3d", "sums_2d", "sums_3d"]
 
-_BLOCK = 128  # samples: the tables of 16 modes stay in the nearest cache
+_BLOCK = 128  # samples: the tables of 16 modes fit into the level 1 cache
 _QUARTER = 32
 _HALF_PI = 1.5707963267948966
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.kinds import Kind
 from excitation.periodic import derivative
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 
 __all__ = ["BAND_LIMITED", "Motion", "motion"]
 
@@ -28,7 +29,7 @@ class Motion:
 def motion(excitation: Excitation) -> Motion:
     """Displacement with its derivatives.
 
-    Exact by DFT where the signal is band-limited and closes on itself (multisines, sines, steps under a
+    Exact by DFT where the signal is band-limited and is periodic (multisines, sines, steps under a
     sine); differences between samples where it is not (triangles, foreign signals).
     """
     played = excitation.period_samples or excitation.samples

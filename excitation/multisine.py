@@ -9,16 +9,17 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.configuration import to_config
 from excitation.coverage import Coverage, coverage
 from excitation.crest import low_crest, schroeder
-from excitation.door import to_config
 from excitation.errors import DesignError
+from excitation.kinds import Kind
 from excitation.lines import band_lines, excited_lines
 from excitation.multisine_spec import CurrentSpec, DisplacementSpec, MultisineSpec, Variable
 from excitation.periodic import Multitone
-from excitation.signal import JSON, Excitation, Kind
+from excitation.portable_math import uniform
+from excitation.signal import JSON, Excitation
 from excitation.spectra import RecordSpectrum, TableSpectrum, control, quarter_car, road, table
-from excitation.turns import uniform
 
 __all__ = [
     "Limit",
@@ -31,8 +32,8 @@ __all__ = [
     "random_phase",
 ]
 
-# a limit is approached to this share, so that no rounding, here or in a reader, exceeds it
-_BELOW = 1.0 - 1e-9
+# share of a limit that is used, so that rounding, here or in a reader, does not exceed it
+_SHARE_OF_LIMIT = 1.0 - 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,19 +91,19 @@ def random_phase(spec: MultisineSpec) -> Period:
     return fit_into_limits(spec, motion, current)
 
 
-_ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
+_DERIVATIVE_ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 
 @lru_cache(maxsize=8)
 def _low_phases(spec: MultisineSpec) -> tuple[NDArray[np.float64], ...]:
     """Phases of a low crest factor of displacement (or the derivative that is asked for) and current,
-    remembered for
+    cached for
     the levels of a series."""
     motion, current = displacement_tones(spec), current_tones(spec)
-    order, amplitude = _ORDER[spec.crest_of], motion.amplitude
+    order, amplitude = _DERIVATIVE_ORDER[spec.crest_of], motion.amplitude
     for _ in range(order):
         amplitude = amplitude * motion.omega(spec.sample_rate_hz)
-    found = [_of_low_crest(spec, motion.lines, amplitude) - 0.25 * order]  # each order turns by a quarter
+    found = [_of_low_crest(spec, motion.lines, amplitude) - 0.25 * order]  # each derivative adds a quarter turn
     if current is not None:
         found.append(_of_low_crest(spec, current.lines, current.amplitude))
     for phases in found:
@@ -184,7 +185,7 @@ def fit_into_limits(spec: MultisineSpec, motion: Multitone, current: Multitone |
     limits = [("displacement", asked.max_displacement_m, "m"), ("velocity", asked.max_velocity_m_s, "m/s")]
     if asked.max_acceleration_m_s2 is not None:
         limits.append(("acceleration", asked.max_acceleration_m_s2, "m/s²"))
-    factor = min(value / peak for (_, value, _), peak in zip(limits, peaks, strict=False)) * _BELOW
+    factor = min(value / peak for (_, value, _), peak in zip(limits, peaks, strict=False)) * _SHARE_OF_LIMIT
     used = [
         Limit(name=name, value=value, unit=unit, used=factor * peak / value)
         for (name, value, unit), peak in zip(limits, peaks, strict=False)
@@ -211,12 +212,12 @@ def _motion(spec: MultisineSpec, motion: Multitone) -> tuple[NDArray[np.float64]
 def _fit_current(
     asked: CurrentSpec | None, tones: Multitone | None
 ) -> tuple[Multitone | None, NDArray[np.float64] | None]:
-    """The mean lies so that smallest and largest value touch min and max: no part of the range is wasted."""
+    """The mean is chosen so that the smallest and the largest value reach min and max: the whole range is used."""
     if asked is None or tones is None:
         return None, None
     shape = tones.samples()
     low, high = float(shape.min()), float(shape.max())
-    factor = (asked.max_a - asked.min_a) / (high - low) * _BELOW
+    factor = (asked.max_a - asked.min_a) / (high - low) * _SHARE_OF_LIMIT
     mean = 0.5 * ((asked.max_a + asked.min_a) - factor * (high + low))
     tones = tones.scaled(factor)
     return tones, np.clip(mean + tones.samples(), asked.min_a, asked.max_a)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
-from excitation.checks import above, at_least, one_of, within
-from excitation.door import STRICT
+from excitation.checks import check_above, check_at_least, check_one_of, check_within
+from excitation.configuration import STRICT
 from excitation.errors import DesignError
 from excitation.lines import Lines
 from excitation.spectra import QuarterCar, RecordSpectrum, Road, TableSpectrum
@@ -15,12 +15,12 @@ __all__ = ["CurrentSpec", "DisplacementSpec", "HomogeniseSpec", "MultisineSpec",
 
 Variable = Literal["displacement", "velocity", "current"]
 
-_MOST_SAMPLES = 2**24  # 2^24 float64 samples are 134 MB a channel: beyond is a slip of the keyboard
+_MOST_SAMPLES = 2**24  # 2^24 float64 samples are 134 MB a channel: more is a typing error
 _MOST_CELLS = 100_000
 
 
 def _check_band(f_min_hz: float, f_max_hz: float) -> None:
-    above("f_min", f_min_hz, 0.0, "Hz")
+    check_above("f_min", f_min_hz, 0.0, "Hz")
     if f_max_hz <= f_min_hz:
         raise DesignError(f"f_max is {f_max_hz:g} Hz: it must be above f_min ({f_min_hz:g} Hz)")
 
@@ -44,13 +44,13 @@ class DisplacementSpec:
 
     def __post_init__(self) -> None:
         _check_band(self.f_min_hz, self.f_max_hz)
-        above("max_displacement", self.max_displacement_m, 0.0, "m")
-        above("max_velocity", self.max_velocity_m_s, 0.0, "m/s")
+        check_above("max_displacement", self.max_displacement_m, 0.0, "m")
+        check_above("max_velocity", self.max_velocity_m_s, 0.0, "m/s")
         if self.max_acceleration_m_s2 is not None:
-            above("max_acceleration", self.max_acceleration_m_s2, 0.0, "m/s²")
-        at_least("detection_group", self.detection_group, 2)
+            check_above("max_acceleration", self.max_acceleration_m_s2, 0.0, "m/s²")
+        check_at_least("detection_group", self.detection_group, 2)
         if isinstance(self.spectrum, str):
-            one_of("spectrum", self.spectrum, ("flat", "quarter-car", "road"))
+            check_one_of("spectrum", self.spectrum, ("flat", "quarter-car", "road"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,10 +72,10 @@ class CurrentSpec:
         _check_band(self.f_min_hz, self.f_max_hz)
         if self.max_a <= self.min_a:
             raise DesignError(f"max is {self.max_a:g} A: it must be above min ({self.min_a:g} A)")
-        at_least("detection_group", self.detection_group, 2)
-        above("corner", self.corner_hz, 0.0, "Hz")
+        check_at_least("detection_group", self.detection_group, 2)
+        check_above("corner", self.corner_hz, 0.0, "Hz")
         if isinstance(self.spectrum, str):
-            one_of("spectrum", self.spectrum, ("flat", "control"))
+            check_one_of("spectrum", self.spectrum, ("flat", "control"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,7 +92,7 @@ class HomogeniseSpec:
 
     def __post_init__(self) -> None:
         if len(set(self.variables)) != len(self.variables):
-            raise DesignError(f"variables is {list(self.variables)}: each may stand there once")
+            raise DesignError(f"variables is {list(self.variables)}: each may be given once")
         if self.variables and len(self.variables) < 2:
             raise DesignError(f"variables is {list(self.variables)}: give two or three")
         if self.variables and len(self.grid) != len(self.variables):
@@ -102,7 +102,7 @@ class HomogeniseSpec:
                 f"{', '.join(self.variables)}"
             )
         for cells in self.grid:
-            within("grid", cells, 2, 1000)
+            check_within("grid", cells, 2, 1000)
         total = 1
         for cells in self.grid:
             total *= cells
@@ -111,7 +111,7 @@ class HomogeniseSpec:
                 f"grid is {list(self.grid)}: give two or three numbers, at most {_MOST_CELLS} cells in all"
             )
         if self.iterations is not None:
-            within("iterations", self.iterations, 1, 100_000)
+            check_within("iterations", self.iterations, 1, 100_000)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,11 +136,11 @@ class MultisineSpec:
     homogenise: HomogeniseSpec | None = None
 
     def __post_init__(self) -> None:
-        above("sample_rate", self.sample_rate_hz, 0.0, "Hz")
-        within("period_samples", self.period_samples, 8, _MOST_SAMPLES)
-        within("periods", self.periods, 1, max(1, _MOST_SAMPLES // self.period_samples))
-        within("seed", self.seed, 0, 2**63 - 1)
-        within("realisation", self.realisation, 0, 2**63 - 1)
+        check_above("sample_rate", self.sample_rate_hz, 0.0, "Hz")
+        check_within("period_samples", self.period_samples, 8, _MOST_SAMPLES)
+        check_within("periods", self.periods, 1, max(1, _MOST_SAMPLES // self.period_samples))
+        check_within("seed", self.seed, 0, 2**63 - 1)
+        check_within("realisation", self.realisation, 0, 2**63 - 1)
         if not 0.0 < self.level <= 1.0:
             raise DesignError(f"level is {self.level:g}: it must lie above 0 and not above 1")
         for name, band in (("displacement", self.displacement), ("current", self.current)):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation.turns import cosine_and_sine
+from excitation.portable_math import cosine_and_sine
 
 __all__ = ["Multitone", "derivative"]
 

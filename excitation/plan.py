@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from excitation.door import STRICT, to_spec
+from excitation.configuration import STRICT, to_spec
 from excitation.errors import DesignError
-from excitation.kinds import excitation_from_config
 from excitation.signal import JSON, Excitation
+from excitation.synthesis import excitation_from_config
 
 __all__ = ["Test", "TestPlan", "config_of", "plan_from_config", "test_from_config"]
 
@@ -20,8 +20,8 @@ class Test:
     """One excitation with a name and the conditions under which it may start.
 
     The gate: the test starts only while the damper's temperature lies within [min, max]. ``dwell_s`` is the
-    rest before the test. ``held_out``: kept back for validation; ``data_set`` is the set it belongs to by
-    name ("training", "test 1"; empty where it has none).
+    rest before the test. ``held_out``: reserved for validation; ``data_set`` is the name of the set it belongs to
+    ("training", "test 1"; empty where it has none).
     """
 
     __test__ = False  # the name starts with "Test": pytest must not collect it

@@ -14,12 +14,12 @@ from plotly.subplots import make_subplots
 from excitation.atomic import written_whole
 from excitation.coverage import coverage, cumulative_distribution
 from excitation.envelope import temperatures
-from excitation.kinds import excitation_from_config
 from excitation.motion import Motion, motion
 from excitation.plan import TestPlan
 from excitation.prediction import ForceModel, predict, specimen_force
 from excitation.rig import Envelope, MotionLimits
 from excitation.signal import Excitation
+from excitation.synthesis import excitation_from_config
 
 __all__ = [
     "coverage_map",
@@ -33,7 +33,7 @@ __all__ = [
     "write_plots",
 ]
 
-_MOST_POINTS = 20_000  # of one trace: beyond, a browser stumbles and an eye sees nothing more
+_MOST_POINTS = 20_000  # of one trace: more slow a browser down and show nothing more
 _MM, _MM_S = 1e3, 1e3
 _UNLIMITED = Envelope(motion=MotionLimits(max_displacement_m=1e9, max_velocity_m_s=1e9))
 
@@ -205,7 +205,7 @@ def service_chart(excitation: Excitation) -> go.Figure:
 def force_velocity_reach(
     moved: Motion, envelope: Envelope | None = None, force_model: ForceModel | None = None
 ) -> go.Figure:
-    """Predicted force over velocity: where in the rig's force and speed the test works."""
+    """Predicted force over velocity, within the rig's force and speed."""
     force = specimen_force(moved, None if envelope is None else envelope.specimen, force_model)
     figure = go.Figure()
     if force is not None:

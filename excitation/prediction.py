@@ -9,9 +9,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.kinds import Kind
 from excitation.motion import BAND_LIMITED, Motion, motion
 from excitation.rig import Envelope, Hydraulics, Specimen
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 
 __all__ = ["ForceModel", "Prediction", "predict", "specimen_force"]
 
@@ -21,7 +22,7 @@ ForceModel: TypeAlias = Callable[[Motion], NDArray[np.float64]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prediction:
-    """Peaks and sums over one test; None where the envelope does not say enough to predict it."""
+    """Peaks and sums over one test; None where the envelope lacks the data to predict it."""
 
     displacement_m: float
     velocity_m_s: float
@@ -33,10 +34,10 @@ class Prediction:
     energy_j: float | None  # dissipated in the damper during the whole test
     power_w: float | None  # mean
     temperature_rise_k: float | None  # of the damper, from ambient, by the end of the test
-    valve_flow_share: float | None  # largest flow over what the valve passes against that load; 1: saturated
+    valve_flow_share: float | None  # largest flow over the flow that the valve passes at that load; 1: saturated
     peak_flow_m3_s: float | None
     mean_flow_m3_s: float | None
-    accumulator_m3: float | None  # oil that the accumulator must lend
+    accumulator_m3: float | None  # oil that the accumulator must supply
     duration_s: float
 
 
@@ -62,7 +63,7 @@ def predict(excitation: Excitation, envelope: Envelope, force_model: ForceModel 
         valve_flow_share=None if oil is None or flow is None else _valve_share(moved, flow, force, oil),
         peak_flow_m3_s=None if flow is None else float(flow.max()),
         mean_flow_m3_s=None if flow is None else float(flow.mean()),
-        accumulator_m3=None if oil is None or flow is None else _lent(flow, oil.pump_flow_m3_s, moved),
+        accumulator_m3=None if oil is None or flow is None else _accumulator_oil(flow, oil.pump_flow_m3_s, moved),
         duration_s=excitation.duration_s,
     )
 
@@ -101,7 +102,7 @@ def _temperature_rise(energy: float | None, duration_s: float, specimen: Specime
 def _valve_share(moved: Motion, flow: NDArray[np.float64], force: NDArray[np.float64] | None, oil: Hydraulics) -> float:
     """Flow over rated_flow·sqrt(Δp/rated drop), Δp = supply − return − force/area while the force opposes the
     motion;
-    infinite where the load takes all the pressure."""
+    infinite where the load uses all the pressure."""
     against = 0.0 if force is None else np.maximum(0.0, force * np.sign(moved.velocity_m_s)) / oil.piston_area_m2
     drop = np.maximum(0.0, oil.supply_pressure_pa - oil.return_pressure_pa - against)
     passes = oil.valve_rated_flow_m3_s * np.sqrt(drop / oil.valve_rated_pressure_drop_pa) + np.zeros_like(flow)
@@ -109,9 +110,9 @@ def _valve_share(moved: Motion, flow: NDArray[np.float64], force: NDArray[np.flo
     return float(np.where(flow > 0, share, 0.0).max())
 
 
-def _lent(flow: NDArray[np.float64], pump_flow_m3_s: float, moved: Motion) -> float:
-    """The largest oil deficit: demand beyond the pump accumulates, what the pump has over refills, never
-    beyond full.
+def _accumulator_oil(flow: NDArray[np.float64], pump_flow_m3_s: float, moved: Motion) -> float:
+    """The largest oil deficit: demand beyond the pump accumulates, the surplus of the pump refills, up to
+    full.
 
     Two periods show it where the pump refills within one; where it does not, every further period adds its
     deficit.
@@ -139,8 +140,8 @@ def _highest_frequency(excitation: Excitation, moved: Motion) -> float:
 
 
 def _windowed(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Without the line through its ends and under a Hann window: what does not close on itself leaks
-    otherwise.
+    """The values minus the line through their ends, times a Hann window: against leakage of a signal that is not
+    periodic.
     """
     line = np.linspace(values[0], values[-1], values.size)
     return np.asarray((values - line) * np.sin(np.pi * (np.arange(values.size) + 0.5) / values.size) ** 2)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar
 
-from excitation.checks import above, at_least
-from excitation.door import STRICT, key_of, read_config, to_spec
+from excitation.checks import check_above, check_at_least
+from excitation.configuration import STRICT, key_of, read_config, to_spec
 from excitation.errors import DesignError
 
 __all__ = [
@@ -41,7 +41,7 @@ class MotionLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForceLimits:
-    """``static`` stalls the actuator; ``dynamic`` is what it gives while it moves."""
+    """``static`` is the stall force of the actuator; ``dynamic`` is its force while it moves."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = STRICT
 
@@ -59,8 +59,8 @@ class Hydraulics:
     """Where the oil comes from.
 
     The servo-valve passes Q = rated_flow·sqrt(Δp/rated_pressure_drop), Δp being what the load leaves of the
-    supply; the pump gives its flow all the time, and the accumulator lends ``accumulator_volume`` (usable
-    oil) in between.
+    supply; the pump gives its flow all the time, and the accumulator supplies up to ``accumulator_volume``
+    (usable oil) at peaks.
     """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = STRICT
@@ -75,7 +75,7 @@ class Hydraulics:
 
     def __post_init__(self) -> None:
         for name in ("accumulator_volume_m3", "return_pressure_pa"):
-            at_least(key_of(name), getattr(self, name), 0.0)
+            check_at_least(key_of(name), getattr(self, name), 0.0)
         _all_above_zero(self, but=("accumulator_volume_m3", "return_pressure_pa"))
         if self.return_pressure_pa >= self.supply_pressure_pa:
             raise DesignError(
@@ -96,7 +96,7 @@ class Control:
 
     def __post_init__(self) -> None:
         for rate in self.sample_rates_hz:
-            above("sample_rates", rate, 0.0, "Hz")
+            check_above("sample_rates", rate, 0.0, "Hz")
         low, high = self.min_current_a, self.max_current_a
         if low is not None and high is not None and not low < high:
             raise DesignError(f"max_current is {high:g} A: it must be above min_current ({low:g} A)")
@@ -104,7 +104,7 @@ class Control:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TemperatureWindow:
-    """Within which the damper may be tested."""
+    """Temperatures at which the damper may be tested."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = STRICT
 
@@ -118,7 +118,7 @@ class TemperatureWindow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Specimen:
-    """A rough idea of the damper, to predict force and heat: F = (damping + damping_control·i)·v +
+    """A rough model of the damper, to predict force and heat: F = (damping + damping_control·i)·v +
     friction·sgn(v).
 
     Heat: heat_capacity·dT/dt = F·v − cooling·(T − ambient).
@@ -134,11 +134,11 @@ class Specimen:
     ambient_degc: float = 20.0
 
     def __post_init__(self) -> None:
-        at_least("damping", self.damping_n_s_m, 0.0, "N·s/m")
-        at_least("friction", self.friction_n, 0.0, "N")
-        at_least("cooling", self.cooling_w_k, 0.0, "W/K")
+        check_at_least("damping", self.damping_n_s_m, 0.0, "N·s/m")
+        check_at_least("friction", self.friction_n, 0.0, "N")
+        check_at_least("cooling", self.cooling_w_k, 0.0, "W/K")
         if self.heat_capacity_j_k is not None:
-            above("heat_capacity", self.heat_capacity_j_k, 0.0, "J/K")
+            check_above("heat_capacity", self.heat_capacity_j_k, 0.0, "J/K")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -168,4 +168,4 @@ def _all_above_zero(limits: MotionLimits | ForceLimits | Hydraulics, but: tuple[
     for name in (f.name for f in fields(limits) if f.name not in but):
         value = getattr(limits, name)
         if value is not None:
-            above(key_of(name), value, 0.0)
+            check_above(key_of(name), value, 0.0)

@@ -1,8 +1,8 @@
 """RPC III time histories (.drv, .rsp), the format of servo-hydraulic controllers.
 
 A header of 128-byte records, four to a 512-byte block: 32 bytes keyword, 96 bytes value, both ended by NUL.
-Then the data in groups of frames; within a group each channel's points stand together. The last frame is
-padded, so the true number of samples stands in a keyword of its own. Short integers are scaled for each
+Then the data in groups of frames; within a group the points of each channel are contiguous. The last frame is
+padded, so the true number of samples has a keyword of its own. Short integers are scaled for each
 channel: value = integer · SCALE.CHAN_n · INT_FULL_SCALE/32768.
 """
 
@@ -17,12 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.errors import ExcitationFileError
-from excitation.signal import Excitation, Kind
+from excitation.kinds import Kind
+from excitation.signal import Excitation
 
 __all__ = ["Channel", "TimeHistory", "read_drive", "read_rpc3", "write_drive", "write_response", "write_rpc3"]
 
 _BLOCK, _RECORD, _KEYWORD, _VALUE = 512, 128, 32, 96
-_FULL_SCALE = 32768  # then SCALE alone turns integers into values, whichever convention a reader follows
+_FULL_SCALE = 32768  # so that SCALE alone converts integers, with either convention of readers
 _FRAME = 1024
 _MOST_PARAMETERS = 1024
 _CHUNK = 90  # characters of the design in one value
@@ -63,7 +64,7 @@ def write_rpc3(path: Path, history: TimeHistory) -> None:
 
 
 def _description(history: TimeHistory, samples: int, frames: int) -> dict[str, str]:
-    """Keyword and value of each header record, the three that must come first in front."""
+    """Keyword and value of each header record, the three required ones first."""
     records = {
         "FORMAT": "BINARY_IEEE_LITTLE_END",
         "NUM_HEADER_BLOCKS": "",
@@ -105,7 +106,7 @@ def _scale(values: NDArray[np.float64]) -> float:
 
 
 def _integers(values: NDArray[np.float64], frames: int) -> NDArray[np.int64]:
-    """(frames, _FRAME): the last value held to the end of the last frame, so that nothing jumps."""
+    """(frames, _FRAME): the last value is held to the end of the last frame, so that there is no step."""
     held = np.concatenate([values, np.full(frames * _FRAME - values.size, values[-1])])
     return np.rint(held / _scale(values)).astype(np.int64).reshape(frames, _FRAME)
 

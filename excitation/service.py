@@ -105,8 +105,7 @@ def _amplitude_spectrum(
 
 def _band_limited(displacement: NDArray[np.float64], rate_hz: float, high_hz: float) -> ServiceRecord:
     """Velocity by DFT below ``high_hz`` of the record without the line through its ends; the outer 2 %, where
-    the
-    jump from end to beginning rings, are left out."""
+    the jump from end to beginning causes ringing, are left out."""
     size = displacement.size
     line = np.linspace(displacement[0], displacement[-1], size)
     spectrum = np.fft.rfft(displacement - line)
@@ -122,8 +121,8 @@ def service_figures(spec: MultisineSpec, period: Period, record: ServiceRecord) 
     """What a file says of the record: the share contained and the record's outline on the stroke-velocity
     chart.
 
-    Raises DesignError where less than the asked share of the record lies inside the design's range: a model
-    is not trained where service runs.
+    Raises DesignError where less than the asked share of the record lies inside the design's range: otherwise
+    the model would not be trained over the range of service.
     """
     asked = spec.displacement.spectrum
     training = _scaled(period.displacement_m, period.velocity_m_s, spec)

@@ -4,35 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from excitation.errors import DesignError
+from excitation.kinds import Kind
 
-__all__ = ["JSON", "Excitation", "Kind"]
+__all__ = ["JSON", "Excitation"]
 
 JSON: TypeAlias = "bool | int | float | str | Sequence[JSON] | Mapping[str, JSON] | None"
-
-
-class Kind(StrEnum):
-    """What an excitation is: the values of `excitation_kind` in run and excitation files."""
-
-    MULTISINE = "multisine"
-    SINE = "sine"
-    TRIANGLE = "triangle"
-    STEPS = "steps"
-    SWEEP = "sweep"
-    ROAD = "road"
-    CUSTOM = "custom"
 
 
 def _frozen(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
     array = np.array(values, dtype=np.float64, order="C")
     if array.ndim != 1 or array.size == 0:
-        raise DesignError(f"{name} has shape {array.shape}: it must be a non-empty row of samples")
+        raise DesignError(f"{name} has shape {array.shape}: it must be a 1-D array with at least one sample")
     if not np.isfinite(array).all():
         first = int(np.flatnonzero(~np.isfinite(array))[0])
         raise DesignError(f"{name}: sample {first} is {array[first]}: every sample must be a finite number")

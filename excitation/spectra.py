@@ -1,4 +1,4 @@
-"""Amplitude spectra by name: how strongly each frequency is driven, up to a common factor."""
+"""Amplitude spectra by name: the amplitude of each frequency up to a common factor."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation.checks import above, at_least
-from excitation.door import STRICT
+from excitation.checks import check_above, check_at_least
+from excitation.configuration import STRICT
 from excitation.errors import DesignError
 
 __all__ = ["QuarterCar", "RecordSpectrum", "Road", "TableSpectrum", "control", "quarter_car", "road", "table"]
@@ -29,11 +29,11 @@ class QuarterCar:
     tyre_rate_n_m: float = 220_000.0
 
     def __post_init__(self) -> None:
-        above("sprung_mass", self.sprung_mass_kg, 0.0, "kg")
-        above("unsprung_mass", self.unsprung_mass_kg, 0.0, "kg")
-        at_least("spring_rate", self.spring_rate_n_m, 0.0, "N/m")
-        above("damping", self.damping_n_s_m, 0.0, "N·s/m")
-        above("tyre_rate", self.tyre_rate_n_m, 0.0, "N/m")
+        check_above("sprung_mass", self.sprung_mass_kg, 0.0, "kg")
+        check_above("unsprung_mass", self.unsprung_mass_kg, 0.0, "kg")
+        check_at_least("spring_rate", self.spring_rate_n_m, 0.0, "N/m")
+        check_above("damping", self.damping_n_s_m, 0.0, "N·s/m")
+        check_above("tyre_rate", self.tyre_rate_n_m, 0.0, "N/m")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +47,7 @@ class Road:
     corner_hz: float = 0.2
 
     def __post_init__(self) -> None:
-        at_least("corner", self.corner_hz, 0.0, "Hz")
+        check_at_least("corner", self.corner_hz, 0.0, "Hz")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +88,7 @@ class RecordSpectrum:
 
 
 def check_table(frequency_hz: tuple[float, ...], amplitude: tuple[float, ...]) -> None:
-    """Refuses a table that is no function of frequency."""
+    """Raises DesignError for a table that is not a function of frequency."""
     if len(frequency_hz) != len(amplitude) or len(frequency_hz) < 2:
         raise DesignError(
             f"frequency has {len(frequency_hz)} values and amplitude {len(amplitude)}: "
@@ -132,7 +132,7 @@ def road(frequency_hz: NDArray[np.float64], on: Road) -> NDArray[np.float64]:
 def control(frequency_hz: NDArray[np.float64], corner_hz: float) -> NDArray[np.float64]:
     """Amplitude of a control signal: flat to the corner, first order (1/f) beyond; (K,), relative.
 
-    Witters & Swevers 2009, section 4.2, states the two pieces; the asymptotes are taken as they stand.
+    Witters & Swevers 2009, section 4.2, states the two pieces; they are taken as exact, with the corner between them.
     """
     return np.asarray(np.minimum(1.0, corner_hz / frequency_hz))
 

@@ -1,6 +1,6 @@
 """Excitation files as CSV that a spreadsheet opens: one header line, one line a sample.
 
-The last column, `description`, holds in its first cell, as JSON, what the columns of samples cannot say.
+The last column, `description`, holds in its first cell, as JSON, everything else about the excitation.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from excitation.errors import ExcitationFileError
-from excitation.signal import JSON, Excitation, Kind
+from excitation.kinds import Kind
+from excitation.signal import JSON, Excitation
 
 __all__ = ["read_csv", "write_csv"]
 

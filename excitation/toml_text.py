@@ -12,7 +12,7 @@ __all__ = ["toml_text"]
 
 
 def toml_text(config: Mapping[str, JSON]) -> str:
-    """Plain values first, then tables, then lists of tables; what lies deeper stands inline.
+    """Plain values first, then tables, then lists of tables; deeper values inline.
 
     >>> print(toml_text({"seed": 1, "tests": [{"name": "slow", "current": {"min": 0.5}}]}), end="")
     seed = 1
@@ -30,7 +30,7 @@ def toml_text(config: Mapping[str, JSON]) -> str:
 
 
 def _tables(value: JSON) -> list[Mapping[str, JSON]]:
-    """The entries of a list of tables; nothing of anything else."""
+    """The entries of a list of tables; empty for any other value."""
     entries = value if isinstance(value, (list, tuple)) else []
     tables = [entry for entry in entries if isinstance(entry, Mapping)]
     return tables if len(tables) == len(entries) else []

@@ -70,7 +70,7 @@ def open_bus(address: CanAddress, *, listen: bool = False) -> can.BusABC:
     """Open the bus of an address; UrlError for an interface that does not exist, CanError where it cannot be opened."""
     import can
 
-    logging.getLogger("can").addHandler(logging.NullHandler())  # what its drivers lack arrives as an exception
+    logging.getLogger("can").addHandler(logging.NullHandler())  # a missing driver is reported by an exception
     if address.interface == "loopback":
         from rigctl.loopback_can import LoopbackBus
 
@@ -90,7 +90,7 @@ def open_bus(address: CanAddress, *, listen: bool = False) -> can.BusABC:
         )
     except (can.CanError, OSError, ValueError):
         raise
-    except Exception as error:  # a driver that is not installed shows in many ways: NameError, ImportError, TypeError
+    except Exception as error:  # a driver that is not installed raises one of many: NameError, ImportError, TypeError
         raise can.CanInitializationError(
             f"interface {address.interface} cannot be used here: is its driver installed? ({error})"
         ) from error
@@ -131,7 +131,7 @@ def _connect_can(url: str, address: CanAddress, clock: Clock | None) -> Transpor
     from rigctl.can_wire import CanTransport
 
     if address.interface not in {"loopback", *can.VALID_INTERFACES}:
-        open_bus(address)  # says what exists
+        open_bus(address)  # raises UrlError where the interface does not exist
     if address.interface == "loopback":
         _check_loopback(url, address.channel)
     return CanTransport(

@@ -1,4 +1,4 @@
-"""Commands to one rig with their deadlines: enable, travel, activate, and above all make safe."""
+"""Commands to one rig, each with a deadline: enable, travel, activate, make safe."""
 
 from __future__ import annotations
 
@@ -15,33 +15,36 @@ from rigctl.transport import Identity, Reply, SetpointBlock, Status, Transport
 
 _T = TypeVar("_T")
 
-CALL_S = 0.25  # half the rig's heartbeat: one lost answer must not trip it
+CALL_S = 0.25  # half the heartbeat's time limit: one lost answer must not exceed it
 STATE_S = 5.0
 CONNECT_S = 2.0
 STOP_S = 3.0
 POLL_S = 0.01
-RIG_SILENT_S = 0.5  # the rig's heartbeat may stand still for so long
-SUSPECT_S = 0.25  # and then for so long again, in every answer: a busy computer may hold one back
-OTHERS_S = (1.3, 5.5)  # longer than the watchdog of a rig in real time, and of a simulated one that waits for its host
+RIG_SILENT_S = 0.5  # the rig's heartbeat may stop for so long
+SUSPECT_S = 0.25  # and so long again, over several answers: a busy computer may delay one
+OTHER_HOSTS_S = (
+    1.3,
+    5.5,
+)  # longer than the watchdog of a rig in real time; of a simulated rig that waits
 UNPOWERED = (RigState.INIT, RigState.DISABLED, RigState.FAULT_DISABLED)
 
 
 class Axis:
-    """One rig under command. Every wait ends: by the rig's answer or by a deadline."""
+    """Commands one rig. Every wait ends with the rig's answer or at a deadline."""
 
     def __init__(self, transport: Transport, clock: Clock, *, stall_s: float) -> None:
         self._transport, self._clock, self._stall_s = transport, clock, stall_s
         self._last: Status | None = None
         self._beat, self._beat_at = -1, clock.now()
         self._suspected_at: float | None = None
-        self.run_id = secrets.randbelow(0xFFFF) + 1  # never the one of the run before, which may still be in flight
+        self.run_id = secrets.randbelow(0xFFFF) + 1  # random: blocks of an earlier host may still be in transit
 
-    def begin_another(self) -> None:
-        """Number the next run: what the rig still has of the last one is void."""
+    def number_next_run(self) -> None:
+        """Return the next run its own number, so that the rig drops blocks of the last one."""
         self.run_id = self.run_id % 0xFFFF + 1
 
     def identify(self) -> Identity:
-        return self._insist(lambda: self._transport.identify(CALL_S), CONNECT_S)
+        return self._retry(lambda: self._transport.identify(CALL_S), CONNECT_S)
 
     def prepare(self, configuration: Configuration) -> None:
         """Clear a latched fault, disable, and give the rig its configuration."""
@@ -49,15 +52,15 @@ class Axis:
         if status.faults:
             self._reset()
         self.await_state(RigState.DISABLED)
-        self._command(Control.DISABLE)  # at rest by now: it takes the number of the run
-        self._insist(lambda: self._transport.configure(configuration, CALL_S), STATE_S)
+        self._command(Control.DISABLE)  # at rest by now: the rig takes over the run's number
+        self._retry(lambda: self._transport.configure(configuration, CALL_S), STATE_S)
 
-    def await_others(self) -> None:
+    def await_other_hosts(self) -> None:
         """Raise RigFault where another host has the rig under power: two must not command one actuator.
 
-        One that died is found out by the rig's watchdog, as soon as nobody talks to the rig.
+        Where that host has died, the rig's watchdog stops the rig as soon as nobody talks to it.
         """
-        for quiet_s in OTHERS_S:
+        for quiet_s in OTHER_HOSTS_S:
             if self.status().state not in (RigState.HOLD, RigState.ACTIVE):
                 return
             self._clock.sleep(quiet_s)
@@ -71,31 +74,31 @@ class Axis:
 
         Raises TransportError where it was restarted: it has lost its configuration.
         """
-        self._same(self.status())
+        self._check_not_restarted(self.status())
 
-    def _same(self, status: Status) -> None:
+    def _check_not_restarted(self, status: Status) -> None:
         if status.run_id != self.run_id:
             raise TransportError(f"{self._transport.url}: the rig was restarted: it has lost its configuration")
 
     def _command(self, control: Control) -> Status:
-        self._last = self._insist(lambda: self._transport.command(control, self.run_id, CALL_S), STATE_S)
+        self._last = self._retry(lambda: self._transport.command(control, self.run_id, CALL_S), STATE_S)
         return self._last
 
     def _reset(self) -> None:
-        self._command(Control.DISABLE | Control.RESET)  # the bit's rising edge counts
+        self._command(Control.DISABLE | Control.RESET)  # the rising edge of the bit resets
         status = self._command(Control.DISABLE)
         if status.faults:
-            raise RigFault(f"the rig's fault stays after a reset: {describe(status.faults, status.detector)}")
+            raise RigFault(f"the rig's fault persists after a reset: {describe(status.faults, status.detector)}")
 
     def enable(self, displacement_m: float, current_a: float) -> None:
         """Close the loop and travel to where the waveform begins."""
         self._command(Control.HOLD)
         self.await_state(RigState.HOLD)
-        self._last = self._insist(lambda: self._transport.direct(displacement_m, current_a, CALL_S), STATE_S)
+        self._last = self._retry(lambda: self._transport.direct(displacement_m, current_a, CALL_S), STATE_S)
         self._poll(lambda s: s.arrived, "travel to the start of the waveform")
 
     def activate(self) -> None:
-        """Let the rig play its FIFO."""
+        """Make the rig play its FIFO."""
         self._command(Control.ACTIVATE)
 
     def hold(self) -> Status:
@@ -104,18 +107,18 @@ class Axis:
         return self._poll(lambda s: s.state is RigState.HOLD and s.arrived, "rest in HOLD")
 
     def travel_home(self, wanted: Callable[[], bool]) -> None:
-        """Bring the motion to rest, then the piston to mid-stroke without current, as long as that is wanted."""
+        """Bring the motion to rest, then the piston to mid-stroke without current, as long as `wanted` says so."""
         if wanted() and self.status().state in (RigState.HOLD, RigState.ACTIVE):
             self.hold()
-            self._last = self._insist(lambda: self._transport.direct(0.0, 0.0, CALL_S), STATE_S)
+            self._last = self._retry(lambda: self._transport.direct(0.0, 0.0, CALL_S), STATE_S)
             self._poll(lambda s: s.arrived or not wanted(), "travel to mid-stroke")
 
-    def rest(self, may_go_on: Callable[[Status], bool]) -> None:
-        """Keep the rig as it is, at rest, alive and watched, until it may go on."""
-        self._watch(may_go_on, lambda s: "", lambda text: None)
+    def wait_at_rest(self, may_go_on: Callable[[Status], bool]) -> None:
+        """Keep the rig at rest, with heartbeat and supervision, until `may_go_on` says so."""
+        self._wait_on_rig_clock(may_go_on, lambda s: "", lambda text: None)
 
     def exchange(self, block: SetpointBlock | None, stream: Stream, patience_s: float) -> Reply:
-        """Exchange one block; a lost answer is asked for again, from what the rig is known to have."""
+        """Exchange one block; after a lost answer ask again, from the last block that the rig is known to have."""
         ends = self._clock.now() + patience_s
         while True:
             try:
@@ -127,35 +130,35 @@ class Axis:
                 stream.rewind()
                 block = stream.next_block()
                 self._clock.sleep(POLL_S)
-        self._feel(reply.heartbeat)
+        self._check_heartbeat(reply.heartbeat)
         if reply.capture.run_id != stream.plan.run_id:
             raise TransportError(f"{self._transport.url}: the rig was restarted: it knows nothing of this run")
         return reply
 
     def fetch(self, stream: Stream, patience_s: float) -> Reply:
-        """Fetch the next captured samples and send nothing; a lost answer is asked for again."""
+        """Fetch the next captured samples and send nothing; after a lost answer ask again."""
         run_id = stream.plan.run_id
-        return self._insist(lambda: self._transport.exchange(None, run_id, stream.captured, CALL_S), patience_s)
+        return self._retry(lambda: self._transport.exchange(None, run_id, stream.captured, CALL_S), patience_s)
 
-    def _feel(self, heartbeat: int) -> None:
-        """Watch the rig's heartbeat: a wire that answers for a controller that is dead."""
+    def _check_heartbeat(self, heartbeat: int) -> None:
+        """Check the rig's heartbeat: the wire may still answer when the controller has stopped."""
         now = self._clock.now()
         if heartbeat != self._beat:
             self._beat, self._beat_at, self._suspected_at = heartbeat, now, None
         elif now - self._beat_at > RIG_SILENT_S:
             self._suspected_at = self._suspected_at or now
             if now - self._suspected_at > SUSPECT_S:
-                raise TransportError(f"{self._transport.url}: the rig's heartbeat stands still, its wire still answers")
+                raise TransportError(f"{self._transport.url}: the rig's heartbeat has stopped, its wire still answers")
 
     def await_state(self, *states: RigState) -> Status:
         """Wait until the rig is in one of the states; RigFault as soon as it reports another fault."""
         return self._poll(lambda s: s.state in states, f"state {' or '.join(s.name for s in states)}")
 
     def dwell(self, seconds: float, sample_rate_hz: float, tell: Callable[[str], None]) -> None:
-        """Rest for so long on the rig's own clock."""
+        """Wait at rest, for a time on the rig's clock."""
         if seconds > 0:
             target = self._latest().sample_index + round(seconds * sample_rate_hz)
-            self._watch(lambda s: s.sample_index >= target, lambda s: f"dwell of {seconds:g} s", tell)
+            self._wait_on_rig_clock(lambda s: s.sample_index >= target, lambda s: f"dwell of {seconds:g} s", tell)
 
     def await_temperature(
         self,
@@ -165,7 +168,7 @@ class Axis:
         gate_s: float,
         tell: Callable[[str], None],
     ) -> None:
-        """Wait until the damper has cooled into its gate; GateError where waiting cannot help."""
+        """Wait until the damper is within its temperature gate; TooCold, a GateError, where waiting does not help."""
         if low_degc is None and high_degc is None:
             return
         status = self._latest()
@@ -186,18 +189,18 @@ class Axis:
                 )
             return False
 
-        self._watch(passed, lambda s: f"cooling, {s.temperature_degc:.1f} °C", tell)
+        self._wait_on_rig_clock(passed, lambda s: f"cooling, {s.temperature_degc:.1f} °C", tell)
 
     def status(self) -> Status:
-        self._last = self._insist(lambda: self._transport.status(CALL_S), STATE_S)
+        self._last = self._retry(lambda: self._transport.status(CALL_S), STATE_S)
         return self._last
 
     def _latest(self) -> Status:
-        """Give what the rig said last: asking again would let a clock that waits for the host go on."""
+        """Return the rig's last status: another request would advance a clock that waits for the host."""
         return self._last or self.status()
 
-    def why(self, faults: Fault) -> str:
-        """Say in words why the rig stopped, with what its status adds where that can be read."""
+    def fault_text(self, faults: Fault) -> str:
+        """Return in words why the rig stopped, with details from its status where that can be read."""
         try:
             return describe(faults, self._transport.status(CALL_S).detector)
         except TransportError:
@@ -231,8 +234,8 @@ class Axis:
             state = self._transport.status(CALL_S).state
         return state in UNPOWERED
 
-    def _insist(self, call: Callable[[], _T], patience_s: float) -> _T:
-        """Repeat a call that may be repeated until it succeeds or patience ends."""
+    def _retry(self, call: Callable[[], _T], patience_s: float) -> _T:
+        """Repeat a call, which must be repeatable, until it succeeds or `patience_s` has passed."""
         ends = self._clock.now() + patience_s
         while True:
             try:
@@ -260,23 +263,23 @@ class Axis:
             self._clock.sleep(POLL_S)
             status = self.status()
 
-    def _watch(
+    def _wait_on_rig_clock(
         self,
         reached: Callable[[Status], bool],
         describe_wait: Callable[[Status], str],
         tell: Callable[[str], None],
     ) -> None:
-        """Wait on the rig's clock: no limit but that this clock must go on."""
+        """Wait as long as the rig's clock advances."""
         status = self._latest()
         moved_at = self._clock.now()
         while not reached(status):
             tell(describe_wait(status))
             self._clock.sleep(POLL_S)
             index, status = status.sample_index, self.status()
-            self._same(status)
+            self._check_not_restarted(status)
             if status.faults:
                 raise RigFault(f"the rig stopped: {describe(status.faults, status.detector)}")
             if status.sample_index != index:
                 moved_at = self._clock.now()
             elif self._clock.now() - moved_at > self._stall_s:
-                raise TransportTimeout(f"{self._transport.url}: the rig's clock stands still")
+                raise TransportTimeout(f"{self._transport.url}: the rig's clock has stopped")

@@ -1,4 +1,4 @@
-"""How much of a CAN bus a plan needs, with the worst bit stuffing; what cannot be carried is refused."""
+"""The load of a CAN bus with worst-case bit stuffing; a sample rate that overloads it is refused."""
 
 from __future__ import annotations
 

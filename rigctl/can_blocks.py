@@ -1,4 +1,4 @@
-"""Between the host's blocks and the frames or commits that the rig numbers: pure counting."""
+"""Converts between the host's block numbers and the numbers of frames or commits on the bus; pure counting."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from rigctl.transport import NO_SEQUENCE, SEQUENCES, SetpointBlock
 class BlockCount:
     """One block of the host is up to `units` numbered units of `unit_samples` set-points.
 
-    On classic CAN a unit is a committed block, on FD a frame: the rig numbers, accepts and refuses units, and what it
-    has of a half-accepted block it drops as known when the block comes again.
+    On classic CAN a unit is a committed block, on FD a frame: the rig numbers, accepts and refuses units. When a
+    partly accepted block is sent again, the rig drops the units that it has.
     """
 
     def __init__(self, *, units: int, unit_samples: int) -> None:
@@ -19,7 +19,7 @@ class BlockCount:
         self.last_block = NO_SEQUENCE
 
     def first_unit(self, block: SetpointBlock) -> int:
-        """Give the number of the block's first unit, modulo 65 536, and remember where the block ends."""
+        """Return the number of the block's first unit, modulo 65 536, and remember where the block ends."""
         number = block.sequence * self._units % SEQUENCES
         start = self._accepted + (number - self._accepted + SEQUENCES // 2) % SEQUENCES - SEQUENCES // 2
         self._ends[block.sequence] = start - (-block.samples // self._unit_samples)
@@ -27,7 +27,7 @@ class BlockCount:
         return number
 
     def note(self, last_unit: int) -> None:
-        """Learn from the rig which unit it accepted last."""
+        """Note which unit the rig accepted last."""
         newly = (last_unit + 1 - self._accepted) % SEQUENCES
         if 0 < newly < SEQUENCES // 2:
             self._accepted += newly
@@ -39,7 +39,7 @@ class BlockCount:
                     self.last_block = block
 
     def has(self, block: SetpointBlock) -> bool:
-        """The rig has all of a block."""
+        """Whether the rig has the whole block."""
         return block.sequence not in self._ends
 
     @property

@@ -1,4 +1,4 @@
-"""The CAN frames of node 1: identifiers and byte layouts, little-endian; the DBC beside this file says the same."""
+"""The CAN frames of node 1: identifiers and byte layouts, little-endian; as in the DBC files of this folder."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ FD_BLOCK: Final = 9  # set-points in one frame
 FD_CAPTURE: Final = 4  # captured samples in one frame
 END: Final = 0x8000
 FD_END: Final = 0x80
-AGAIN: Final = 1 << 31  # with an acknowledgement of captured samples: send again what follows it
+AGAIN: Final = 1 << 31  # bit of an acknowledgement of captured samples: send again from there
 
 _ROW = np.dtype([("displacement_m", "<i4"), ("current_a", "<i2")])
 _SAMPLE = np.dtype(
@@ -104,7 +104,7 @@ def unpack_status(data: bytes) -> StatusFrame:
     )
 
 
-EMERGENCY_CODES: Final = {  # CiA 301 and 402; what they do not know is the manufacturer's, 0xFF00 + bit
+EMERGENCY_CODES: Final = {  # CiA 301 and 402; other faults have a manufacturer's code, 0xFF00 + bit
     Fault.HEARTBEAT: 0x8130,
     Fault.FOLLOWING_ERROR: 0x8611,
     Fault.POSITION_LIMIT: 0x8600,
@@ -116,7 +116,7 @@ EMERGENCY_CODES: Final = {  # CiA 301 and 402; what they do not know is the manu
 
 
 def pack_emergency(fault: Fault, sample_index: int) -> bytes:
-    """Tell of the fault that came first; no fault: the last one is over. Error register: bit 0, generic."""
+    """Emergency frame of the first fault; no fault: the last one is over. Error register: bit 0, generic."""
     if not fault:
         return struct.pack("<HBBI", 0, 0, 0, sample_index % 2**32)
     entry = error_entry(fault)
@@ -124,7 +124,7 @@ def pack_emergency(fault: Fault, sample_index: int) -> bytes:
 
 
 def error_entry(fault: Fault) -> int:
-    """Give a fault as the error history does: its code, and its bit << 16."""
+    """Return a fault as an entry of the error history: its code, and its bit << 16."""
     bit = int(fault).bit_length() - 1
     return EMERGENCY_CODES.get(fault, 0xFF00 + bit) | bit << 16
 
@@ -135,7 +135,7 @@ def pack_control(control: int, run_id: int, alive: int) -> bytes:
 
 
 def unpack_control(data: bytes) -> tuple[int, int, int] | None:
-    """Give control word, run id and alive counter; None where the CRC is wrong."""
+    """Return control word, run id and alive counter; None where the CRC is wrong."""
     if len(data) != 8 or crc8(data[:7]) != data[7]:
         return None
     control, _, _, run_id, alive = struct.unpack("<HbBHB", data[:7])
@@ -171,7 +171,7 @@ def pack_stream(rows: NDArray[np.float64], sequence: int, run_id: int, end: bool
 
 
 def unpack_stream(frames: dict[int, bytes], commit: bytes, run_id: int) -> tuple[NDArray[np.float64], int, bool] | None:
-    """Give the set-points of a block, its sequence number, and whether it is the last; None where it is damaged."""
+    """Return the set-points of a block, its sequence number, and whether it is the last; None where it is damaged."""
     sequence, count, crc = struct.unpack("<HHI", commit)
     number = count & ~END
     whole = b"".join(frames.get(k, b"") for k in range(number))
@@ -195,7 +195,7 @@ def pack_stream_fd(rows: NDArray[np.float64], sequence: int, run_id: int, end: b
 
 
 def unpack_stream_fd(data: bytes) -> tuple[NDArray[np.float64], int, int, bool] | None:
-    """Give set-points, sequence number, run id, last or not; None where the frame is damaged."""
+    """Return set-points, sequence number, run id, last or not; None where the frame is damaged."""
     if len(data) != 64 or binascii.crc_hqx(data[:60], 0xFFFF) != struct.unpack_from("<H", data, 60)[0]:
         return None
     sequence, number = struct.unpack_from("<HB", data)
@@ -218,7 +218,7 @@ def pack_capture(values: NDArray[np.float64], first_index: int) -> list[tuple[in
 
 
 def unpack_capture(a: bytes, b: bytes, pressure_pa: float) -> tuple[int, NDArray[np.float64]] | None:
-    """Give number and values of a sample; None where its two frames do not belong together."""
+    """Return number and values of a sample; None where its two frames do not belong together."""
     number, force, current = struct.unpack("<Hih", a)
     other, x, temperature = struct.unpack("<Hih", b)
     if number != other:
@@ -241,7 +241,7 @@ def pack_capture_fd(values: NDArray[np.float64], first_index: int) -> list[tuple
 
 
 def unpack_capture_fd(data: bytes) -> tuple[int, NDArray[np.float64]] | None:
-    """Give the first index and the samples; None where the frame is damaged."""
+    """Return the first index and the samples; None where the frame is damaged."""
     if len(data) != 64:
         return None
     first, count, _, crc = struct.unpack_from("<IBBH", data)

@@ -1,4 +1,4 @@
-"""A rig over CAN, classic or FD: frames of set-points up, frames of captured samples down, registers by SDO."""
+"""A rig over CAN, classic or FD: set-points and captured samples in frames of their own, registers by SDO."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from rigctl.transport import HEARTBEATS, SEQUENCES, CaptureBlock, Identity, Repl
 
 FULL_S = 0.1  # for a full queue of the driver
 BACK_OFF_S = 0.001
-SLICE_S = 0.02  # of waiting for one frame
+SLICE_S = 0.02  # most time of one wait for a frame
 ACKNOWLEDGE_S = 0.1  # before the rig is asked once more what it has
 SDO_S = 0.06  # before an unanswered request is sent again
 
 
 def is_ours(message: can.Message) -> bool:
-    """A data frame with an 11-bit identifier: strangers on the bus may use longer ones, and a bus tells of errors."""
+    """A data frame with an 11-bit identifier: other devices may use longer ones, and a bus reports errors as frames."""
     return not (message.is_extended_id or message.is_error_frame or message.is_remote_frame)
 
 
 class CanTransport:
     """One bus to one rig. `open_bus` opens it when it is needed: nothing is sent before the first call."""
 
-    capture_samples = SEQUENCES  # the rig sends them as they come: an exchange takes in all that have arrived
+    capture_samples = SEQUENCES  # the rig sends them at once: an exchange returns all that have arrived
 
     def __init__(
         self,
@@ -60,15 +60,15 @@ class CanTransport:
         self._pressure_pa = 0.0
         self._rig_beats, self._rig_state = 0, frames.BOOT_UP
         self._told_at = float("-inf")
-        self._forget(0)
+        self._begin_run(0)
 
-    def _forget(self, run_id: int) -> None:
-        """Begin with another run: nothing of the one before counts."""
+    def _begin_run(self, run_id: int) -> None:
+        """Reset the counters for another run."""
         self._run_id, self._next = run_id, 0
         self._captured: list[NDArray[np.float64]] = []
         self._half: tuple[int, bytes] | None = None
-        self._skipped = self._asked_again = False  # a captured sample was lost: what follows it has arrived
-        self._unanswered: int | None = None  # a block that was sent: late, as far as is known, and not lost
+        self._skipped = self._asked_again = False  # a captured sample was lost, later ones have arrived
+        self._unanswered: int | None = None  # a block that was sent and not answered yet
         self._blocks = BlockCount(units=self._units, unit_samples=self._unit_samples)
         self._lost_power = False
 
@@ -86,8 +86,8 @@ class CanTransport:
     def block_samples(self) -> int:
         return self._units * self._unit_samples
 
-    def _fit(self, high_water_samples: int) -> None:
-        """Make blocks a third of what may be ahead: few round trips, as each takes its time on a busy computer."""
+    def _size_blocks(self, high_water_samples: int) -> None:
+        """Make blocks a third of the high-water mark: few round trips, since each is slow on a busy computer."""
         third = max(high_water_samples // 3, 1)
         if self._fd:
             self._units = max(third // frames.FD_BLOCK, 1)
@@ -95,18 +95,20 @@ class CanTransport:
             self._unit_samples = min(frames.CLASSIC_BLOCK, third)
 
     def _start(self, ends: float) -> None:
-        """Handshake: nothing is said to a rig whose heartbeat was not seen."""
+        """Handshake: wait for the rig's heartbeat before the first request."""
         seen = self._rig_beats
         while self._rig_beats == seen or self._rig_state != frames.OPERATIONAL:
             if self._clock.now() >= ends:
-                raise TransportTimeout(f"{self.url}: {self._unheard(self._rig_beats > seen)}")
+                raise TransportTimeout(f"{self.url}: {self._reason_for_silence(self._rig_beats > seen)}")
             self._send([(frames.NMT, bytes([frames.NMT_START, frames.NODE]))])
-            self._take(SLICE_S)
+            self._receive(SLICE_S)
 
-    def _unheard(self, rig_speaks: bool) -> str:
+    def _reason_for_silence(self, rig_speaks: bool) -> str:
         if not rig_speaks:
             return "the rig does not answer"
-        return "the rig speaks and does not obey" + (": is it on classic CAN? Leave out fd=true" if self._fd else "")
+        return "the rig sends frames and does not answer requests" + (
+            ": is it on classic CAN? Leave out fd=true" if self._fd else ""
+        )
 
     def configure(self, configuration: Configuration, deadline_s: float) -> None:
         ends = self._clock.now() + deadline_s
@@ -116,7 +118,7 @@ class CanTransport:
         self._write(table.CONFIGURATION.address, words, ends)
         if self._read(table.CONFIGURATION.address, len(words), ends) != words:
             raise IdentityError(f"{self.url}: the rig did not keep its configuration")
-        self._fit(configuration.high_water_samples)
+        self._size_blocks(configuration.high_water_samples)
 
     def command(self, control: Control, run_id: int, deadline_s: float) -> Status:
         ends = self._clock.now() + deadline_s
@@ -158,7 +160,7 @@ class CanTransport:
     def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, deadline_s: float) -> Reply:
         ends = self._clock.now() + deadline_s
         if run_id != self._run_id:
-            self._forget(run_id)
+            self._begin_run(run_id)
         self._drop_acknowledged(captured)
         self._asked_again |= self._skipped
         again = frames.AGAIN if self._skipped else 0
@@ -182,10 +184,10 @@ class CanTransport:
         return pack(rows, first, block.run_id, block.end_of_stream)
 
     def _await_answer(self, block: SetpointBlock | None, address: int, ends: float) -> bool:
-        """Take frames in until the rig has said what became of the block; False where it was refused or is lost."""
+        """Receive until the rig has acknowledged the block; False where it was refused or lost."""
         while self._clock.now() < ends:
-            self._take(SLICE_S)
-            if address in self._sdo:  # the answer comes after the status frame that tells of the block
+            self._receive(SLICE_S)
+            if address in self._sdo:  # the answer comes after the status frame that acknowledges the block
                 break
         if self._status is not None:
             self._blocks.note(self._status.last_accepted)
@@ -254,19 +256,19 @@ class CanTransport:
             self._bus = self._open()
         return self._bus
 
-    def _take(self, timeout_s: float) -> None:
-        """Wait for a frame, then take in all that are there."""
+    def _receive(self, timeout_s: float) -> None:
+        """Wait for a frame, then receive all that are there."""
         try:
             message = self._connected().recv(timeout_s)
             while message is not None:
                 if is_ours(message):
-                    self._sort(message.arbitration_id, bytes(message.data))
+                    self._dispatch(message.arbitration_id, bytes(message.data))
                 message = self._connected().recv(0.0)
         except (can.CanError, OSError, ValueError) as error:
             self.close()
             raise TransportError(f"{self.url}: {' '.join(str(error).split())}") from error
 
-    def _sort(self, number: int, data: bytes) -> None:
+    def _dispatch(self, number: int, data: bytes) -> None:
         if number == frames.STATUS and len(data) == 8:
             self._status = frames.unpack_status(data)
         elif number == frames.HEALTH and len(data) == 8:
@@ -278,24 +280,24 @@ class CanTransport:
             answer = sdo.unpack(data)
             if answer is not None:
                 self._sdo[answer.address] = answer
-                self._came(answer)
+                self._note_acknowledged(answer)
         elif number == frames.CAPTURE and self._fd:
-            self._keep(frames.unpack_capture_fd(data))
+            self._append_captured(frames.unpack_capture_fd(data))
         elif number == frames.CAPTURE and len(data) == 8:
             self._half = (int.from_bytes(data[:2], "little"), data)
         elif number == frames.CAPTURE_B and self._half is not None and len(data) == 8:
             sample = frames.unpack_capture(self._half[1], data, self._pressure_pa)
             if sample is not None:
                 ahead = (sample[0] - self._next + 0x8000) % 0x10000 - 0x8000
-                self._keep((self._next + ahead, sample[1].reshape(1, 5)))
+                self._append_captured((self._next + ahead, sample[1].reshape(1, 5)))
 
-    def _came(self, answer: sdo.Sdo) -> None:
-        """Take note of an acknowledgement that has reached the rig: what comes from now on it has sent since."""
+    def _note_acknowledged(self, answer: sdo.Sdo) -> None:
+        """Note that the rig has an acknowledgement: later frames were sent after it."""
         if answer.address == table.CAPTURED_ADDRESS and self._asked_again:
             self._skipped = self._asked_again = False
 
-    def _keep(self, found: tuple[int, NDArray[np.float64]] | None) -> None:
-        """Keep samples that continue what is here; after a gap the rig sends again from what was acknowledged."""
+    def _append_captured(self, found: tuple[int, NDArray[np.float64]] | None) -> None:
+        """Append samples that follow the last one; after a gap the rig sends again from the acknowledged one."""
         if found is None:
             return
         first, values = found
@@ -327,7 +329,7 @@ class CanTransport:
             for k, (high, low) in enumerate(pairs)
         ]
         self._ask(requests[:-1], ends)
-        self._ask(requests[-1:], ends)  # with the last one the rig takes them over: it has to come last
+        self._ask(requests[-1:], ends)  # the rig applies the configuration with the last pair
 
     def _ask(self, requests: list[sdo.Sdo], ends: float) -> list[sdo.Sdo]:
         """Send requests until every one is answered, or the deadline has come."""
@@ -339,7 +341,7 @@ class CanTransport:
             self._send([(frames.SDO_REQUEST, request.pack()) for request in missing])
             again = self._clock.now() + SDO_S
             while self._clock.now() < min(again, ends) and any(r.address not in self._sdo for r in missing):
-                self._take(SLICE_S)
+                self._receive(SLICE_S)
         answers = [self._sdo[request.address] for request in requests]
         for answer in answers:
             if answer.kind == sdo.ABORT:

@@ -1,4 +1,4 @@
-"""What a rig is in and what went wrong with it: the states, control and fault words of CiA 408."""
+"""States, control word and fault word of the rig, after CiA 408."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ class RigState(Enum):
 
     @property
     def moving(self) -> bool:
-        """The actuator may be following a trajectory."""
+        """Whether the actuator may be following a trajectory."""
         return self in (RigState.ACTIVE, RigState.FAULT_REACTION)
 
     @property
     def faulted(self) -> bool:
-        """A fault is latched: it takes a reset to leave."""
+        """Whether a fault is latched, until a reset."""
         return self in (RigState.FAULT_DISABLED, RigState.FAULT_HOLD, RigState.FAULT_REACTION)
 
 
@@ -65,7 +65,7 @@ class Fault(IntFlag):
 
 
 SENSORS = ("force", "displacement", "current", "temperature")
-DETECTORS = (  # what a rig may watch, by the number in its status; 0: none has acted
+DETECTORS = (  # detectors of a rig, by the number in its status; 0: none has acted
     "",
     *(f"{sensor} sensor out of range" for sensor in SENSORS),
     *(f"{sensor} sensor stuck" for sensor in SENSORS),
@@ -73,7 +73,7 @@ DETECTORS = (  # what a rig may watch, by the number in its status; 0: none has 
 )
 
 HYDRAULIC = Fault.EMERGENCY_STOP | Fault.PRESSURE
-"""Interlocks that take the pressure away; every other one stops the program and keeps it."""
+"""Faults that switch the pressure off; every other one stops the motion with the pressure on."""
 
 FAULT_TEXT = {
     Fault.UNDERFLOW: "the set-points ran out before the end of the stream",
@@ -94,6 +94,6 @@ FAULT_TEXT = {
 
 
 def describe(faults: Fault, detector: int = 0) -> str:
-    """Say in words what a fault word holds, and which sensor it is about; empty where it holds nothing."""
+    """Return in words what a fault word contains, with the detector; empty where it is 0."""
     text = "; ".join(text for fault, text in FAULT_TEXT.items() if fault in faults)
     return f"{text} ({DETECTORS[detector]})" if Fault.SENSOR in faults and 0 < detector < len(DETECTORS) else text

@@ -1,8 +1,8 @@
 """Drive-file iteration: the drive that makes the measured motion equal the wanted one. Pure: no rig, no file.
 
-The rig's frequency response is measured with the damper in place; every step adds to the drive what the inverse
-response makes of the remaining error. (De Cuyper, Verhaegen & Swevers, Control Engineering Practice 11, 2003: the
-off-line iterative inverse that service-load simulation uses.)
+The rig's frequency response is measured with the damper in place; every step adds to the drive the
+remaining error times the inverse response. (De Cuyper, Verhaegen & Swevers, Control Engineering Practice 11, 2003:
+off-line iteration with an inverse model for service-load simulation.)
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 from rigctl.errors import IterationError
 
 SMOOTHING_HZ = 0.5  # half width over which spectra are averaged
-ENERGY = 1.0 - 1e-7  # of the target's motion lies below the bandwidth, unless one is given
+ENERGY = 1.0 - 1e-7  # share of the target's energy below the bandwidth, where none is given
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IterationSettings:
-    """How hard the iteration pushes, and when it is content."""
+    """Step size, bandwidth and end of the iteration."""
 
-    gain: float = 0.9  # of the error that one step takes away; below 1 for what the response does not explain
-    bandwidth_hz: float | None = None  # nothing is corrected above; None: where the target's motion ends
-    regularisation: float = 0.05  # of the response: where the rig answers less than this, the inverse gives up
+    gain: float = 0.9  # share of the error that one step corrects; below 1 against errors of the response
+    bandwidth_hz: float | None = None  # no correction above; None: where the target's motion ends
+    regularisation: float = 0.05  # where the response is smaller than this, the inverse is small too
     tolerance: float = 0.01  # rms of the error over rms of the target
     most: int = 5  # iterations after the plain command
 
@@ -42,7 +42,7 @@ class IterationSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Response:
-    """What the rig makes of a drive, over the DFT bins of one block."""
+    """The rig's frequency response over the DFT bins of one block."""
 
     frequency_hz: NDArray[np.float64]  # (K,)
     gain: NDArray[np.complex128]  # (K,), measured over commanded displacement
@@ -86,7 +86,7 @@ def _smooth(spectrum: NDArray[np.complexfloating] | NDArray[np.floating], width:
 
 
 def inverse(response: Response, settings: IterationSettings, bandwidth_hz: float) -> NDArray[np.complex128]:
-    """Invert a response where that can be trusted, (K,).
+    """Regularised inverse of a response, (K,).
 
     Q·γ²·H* / (|H|² + λ²): λ the regularisation, γ² the coherence, Q 1 up to the bandwidth, then a cosine to 0 at
     1.25 times it.
@@ -101,7 +101,7 @@ def inverse(response: Response, settings: IterationSettings, bandwidth_hz: float
 def corrected(
     drive_m: NDArray[np.float64], error_m: NDArray[np.float64], inverse: NDArray[np.complex128], gain: float
 ) -> NDArray[np.float64]:
-    """Add to the drive what takes a share of the error away: u + g·F⁻¹(H⁻¹·F(e)), (N,) arrays, m."""
+    """Drive corrected by a share of the error: u + g·F⁻¹(H⁻¹·F(e)), (N,) arrays, m."""
     step: NDArray[np.float64] = np.fft.irfft(inverse * np.fft.rfft(error_m), n=error_m.size)
     return drive_m + gain * step
 
@@ -112,7 +112,7 @@ def relative_error(measured_m: NDArray[np.float64], target_m: NDArray[np.float64
 
 
 def natural_bandwidth_hz(target_m: NDArray[np.float64], sample_rate_hz: float) -> float:
-    """Frequency below which practically all of a target's motion lies."""
+    """Frequency below which the share ENERGY of a target's energy lies, Hz."""
     window = np.hanning(target_m.size)
     power = np.abs(np.fft.rfft((target_m - target_m.mean()) * window)) ** 2
     share = np.cumsum(power) / max(float(power.sum()), 1e-300)

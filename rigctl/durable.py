@@ -12,7 +12,7 @@ from rigctl.errors import RunFileError
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside `path`: forced to the disk and renamed on success, removed on failure."""
+    """Return a temporary name beside `path`: forced to the disk and renamed on success, removed on failure."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         yield temporary

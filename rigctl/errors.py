@@ -6,7 +6,7 @@ RigError
 ├── LimitError           a test would leave the limits of the rig or of the host
 ├── TransportError       the wire failed: the rig's state is unknown until it is read again
 │   ├── TransportTimeout no answer before the deadline
-│   └── RequestDenied    the rig understood and refused; asking again changes nothing
+│   └── RequestDenied    the rig understood and refused; a repetition changes nothing
 ├── InterlockTripped     an interlock of the host ended the test
 ├── RigFault             the rig stopped on its own and says why
 ├── IterationError       a drive-file iteration that cannot be done with these numbers
@@ -22,7 +22,7 @@ from pathlib import Path
 
 
 class RigError(Exception):
-    """Everything rigctl raises on purpose; `run_path` is the run file that was closed on the way, if any."""
+    """Everything rigctl raises on purpose; `run_path` is the run file that was closed, if any."""
 
     run_path: Path | None = None
 
@@ -48,7 +48,7 @@ class TransportTimeout(TransportError, TimeoutError):
 
 
 class RequestDenied(TransportError):
-    """The rig understood the request and refused it; asking again changes nothing."""
+    """The rig understood the request and refused it; a repetition changes nothing."""
 
 
 class RigFault(RigError):

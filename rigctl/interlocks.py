@@ -1,4 +1,4 @@
-"""Interlocks of the host: the waveform before its first sample leaves, and what is measured while it plays."""
+"""Interlocks of the host: on the whole waveform before it is sent, and on the measured samples during the test."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rigctl.errors import LimitError
 from rigctl.limits import Limits
 
-MARGIN = 0.02  # of the room between the limits, or of the one limit: inside by so much it is over
+MARGIN = 0.02  # share of the range between the limits, or of the one limit: inside by this, an interlock is released
 CHANNELS = ("force", "displacement", "current", "temperature", "pressure")
 
 
@@ -47,7 +47,7 @@ FORM = "CHANNEL:LOW:HIGH:ACTION[:DELAY_S[:MARGIN[:RELEASE_S]]]"
 
 
 class Action(StrEnum):
-    """What the host does when an interlock trips; the rig has its own, which take the pressure away."""
+    """What the host does when an interlock trips; the rig has its own interlocks."""
 
     INDICATE = "indicate"  # note it in the run file, play on
     HOLD = "hold"  # come to rest, go on when the value is back
@@ -56,10 +56,11 @@ class Action(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interlock:
-    """A channel that must stay between two values, SI; leaving them for `delay_s` calls for the action.
+    """A channel that must stay between two values, SI; leaving them for `delay_s` triggers the action.
 
-    It is over when the channel has been inside by `margin` for `release_s`: a value at its limit must not make a test
-    hold and resume for ever. Without a margin that is 2 % of the room between the limits, or of the one that is finite.
+    It is released when the channel has been inside by `margin` for `release_s`, so that a value near its limit does
+    not make a test hold and resume repeatedly. Default margin: 2 % of the range
+    between the limits, or of the finite one.
     """
 
     channel: str
@@ -82,20 +83,20 @@ class Interlock:
         if not 0 <= self.inside_by < (self.high - self.low) / 2:
             raise LimitError(
                 f"interlock on {self.channel}: the margin is {self.inside_by:g}, "
-                f"it must lie below half the room of {self.high - self.low:g}"
+                f"it must lie below half the range of {self.high - self.low:g}"
             )
 
     @property
     def inside_by(self) -> float:
-        """How far inside the channel has to be before it is over."""
+        """How far inside the limits the channel must be for the release."""
         if self.margin is not None:
             return self.margin
         finite = [limit for limit in (self.low, self.high) if isfinite(limit)]
-        room = self.high - self.low if len(finite) == 2 else abs(sum(finite))
-        return MARGIN * room
+        span = self.high - self.low if len(finite) == 2 else abs(sum(finite))
+        return MARGIN * span
 
     def holds(self, values: NDArray[np.float64], *, by: float = 0.0) -> NDArray[np.bool_]:
-        """Say where captured samples (n, 5) lie inside, by so much at least."""
+        """Whether each captured sample, (n, 5), lies inside the limits by at least `by`."""
         column = values[:, CHANNELS.index(self.channel)]
         inside: NDArray[np.bool_] = (column >= self.low + by) & (column <= self.high - by)
         return inside
@@ -121,8 +122,8 @@ def interlock(text: str) -> Interlock:
     return Interlock(channel=parts[0], low=low, high=high, action=Action(parts[3]), **times)
 
 
-class Watch:
-    """Follows captured samples and says which interlocks trip; one that has tripped rests until it is well inside."""
+class InterlockWatch:
+    """Says which interlocks trip on captured samples; one that has tripped is ignored until it is released."""
 
     def __init__(self, interlocks: Sequence[Interlock], sample_rate_hz: float) -> None:
         self._interlocks, self._rate_hz = tuple(interlocks), sample_rate_hz
@@ -130,7 +131,7 @@ class Watch:
         self._resting = [False] * len(self._interlocks)
 
     def tripped(self, values: NDArray[np.float64]) -> tuple[Interlock, ...]:
-        """Look at the next samples, (n, 5)."""
+        """Interlocks that trip in the next samples, (n, 5)."""
         found = []
         for k, one in enumerate(self._interlocks):
             violated = ~one.holds(values)
@@ -142,32 +143,32 @@ class Watch:
             self._resting[k] = self._resting[k] and not one.holds(values[-1:], by=one.inside_by)[0]
         return tuple(found)
 
-    def begin_again(self) -> None:
-        """After a hold nothing rests: what is still, or again, outside trips anew."""
+    def rearm(self) -> None:
+        """After a hold every interlock may trip again."""
         self._lasting = [0] * len(self._interlocks)
         self._resting = [False] * len(self._interlocks)
 
 
-class Rest:
-    """Watches a test that holds: whether what it holds for is over, and what has to end it meanwhile.
+class HoldWatch:
+    """Decides for a test on hold whether its interlock is released, and whether another one ends the test.
 
-    Looks come when they come; what counts is the rig's sample index.
+    Times are counted in the rig's sample index, since statuses arrive at irregular times.
     """
 
     def __init__(self, holding: Interlock | None, interlocks: Sequence[Interlock], sample_rate_hz: float) -> None:
         self._holding, self._rate_hz = holding, sample_rate_hz
         self._stops = tuple(one for one in interlocks if one.action is Action.STOP)
-        self._since: dict[Interlock | None, int] = {}  # None: the one that it holds for, well inside
+        self._since: dict[Interlock | None, int] = {}  # None: time since the interlock on hold was inside by its margin
 
     def over(self, values: NDArray[np.float64], sample_index: int) -> bool:
-        """Look at one sample, (1, 5): what the test holds for has been over for long enough."""
+        """Whether, after this sample, (1, 5), the interlock that the test holds for is released."""
         one = self._holding
         if one is None:
             return True
         return self._lasts(None, bool(one.holds(values, by=one.inside_by)[0]), sample_index, one.release_s)
 
     def stops(self, values: NDArray[np.float64], sample_index: int) -> Interlock | None:
-        """Look at the same sample: the interlock that ends the test."""
+        """The interlock that ends the test after this sample, (1, 5); None where none does."""
         for one in self._stops:
             if self._lasts(one, not one.holds(values)[0], sample_index, one.delay_s):
                 return one
@@ -181,7 +182,7 @@ class Rest:
 
 
 def first_trip(violated: NDArray[np.bool_], lasting: int, needed: int) -> tuple[int | None, int]:
-    """Find where a violation has lasted `needed` samples, `lasting` of them before, and how long it lasts."""
+    """First sample at which a violation has lasted `needed` samples, `lasting` of them earlier, and its length."""
     if not violated.any():
         return None, 0
     index = np.arange(violated.size)

@@ -1,4 +1,4 @@
-"""Play, compare, correct, play again: the drive-file iteration on a rig."""
+"""The drive-file iteration on a rig: play, compare, correct, repeat."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from rigctl.runfile import read_run
 
 __all__ = ["Iterated", "Outcome", "Step", "iterate", "write_drive"]
 
-SMALLEST_GAIN = 1 / 32  # of the gain that was asked for: below, the limits leave no room
+SMALLEST_GAIN = 1 / 32  # of the gain that was asked for: with less there is no useful correction
 
 
 class Outcome(StrEnum):
@@ -50,12 +50,12 @@ class Step:
     drive_m: NDArray[np.float64]  # (N,)
     measured_m: NDArray[np.float64]  # (N,)
     error: float  # rms over rms of the target, where the motion is steady
-    gain: float  # with which it was made from the best one before; 0 for the plain command
+    gain: float  # of the correction of the best step before; 0 for the plain command
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Iterated:
-    """What an iteration came to."""
+    """The steps of an iteration and how it ended."""
 
     target: Excitation
     steps: tuple[Step, ...]
@@ -70,7 +70,7 @@ class Iterated:
 
     @property
     def drive(self) -> Excitation:
-        """The drive of the best step, as an excitation that says where it comes from."""
+        """The drive of the best step, as an excitation whose design states its origin."""
         figures: Mapping[str, JSON] = {
             "iteration_errors": [step.error for step in self.steps],
             "iteration_outcome": str(self.outcome),
@@ -89,8 +89,8 @@ def iterate(
 ) -> Iterated:
     """Iterate the drive of a test until its measured displacement is the wanted one.
 
-    `play` plays a test and gives its run file (:func:`rigctl.player.play` with everything else filled in). Every
-    drive is checked against the limits before it moves anything; one that leaves them is taken with less gain.
+    `play` plays a test and returns its run file (:func:`rigctl.player.play` with everything else filled in). Every
+    drive is checked against the limits before it moves anything; one that exceeds them is made again with less gain.
 
     Raises
     ------
@@ -114,7 +114,7 @@ class _Iteration:
         self._play, self._test, self._settings, self._on_step = play, test, settings, on_step
         target = test.excitation
         if np.ptp(target.displacement_m) == 0:
-            raise IterationError(f"test {test.name!r}: the displacement stands still, there is nothing to iterate")
+            raise IterationError(f"test {test.name!r}: the displacement is constant, there is nothing to iterate")
         self._target = target.displacement_m
         self._period = target.period_samples if target.samples >= 2 * target.period_samples else 0
         block = self._block(self._target)
@@ -124,7 +124,9 @@ class _Iteration:
     def run(self) -> Iterated:
         first = self._step(self._target.copy(), 0.0)
         if first is None:
-            raise IterationError(f"test {self._test.name!r}: stopped in the plain command, nothing was learnt")
+            raise IterationError(
+                f"test {self._test.name!r}: stopped in the plain command, before the response was measured"
+            )
         rate = self._test.excitation.sample_rate_hz
         response = frequency_response(
             self._block(first.drive_m), self._block(first.measured_m), rate, periodic=bool(self._period)
@@ -155,7 +157,7 @@ class _Iteration:
             if step is None:
                 return Outcome.STOPPED
             if step.error >= before.error:
-                gain /= 2  # from the best one again, and more gently
+                gain /= 2  # again from the best one, with a smaller correction
         return Outcome.CONVERGED
 
     @property
@@ -191,7 +193,7 @@ class _Iteration:
         return np.resize(block, self._target.size)  # repeats it: period after period
 
     def _block(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give what the DFT is taken of: the mean of the steady periods, or the whole record."""
+        """Return the block for the DFT: the mean of the steady periods, or the whole record."""
         if not self._period:
             return values
         whole = values.size // self._period * self._period

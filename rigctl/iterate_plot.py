@@ -1,4 +1,4 @@
-"""The convergence of a drive-file iteration as one HTML page that opens offline. plotly is imported here only."""
+"""The convergence of a drive-file iteration as one HTML page that opens is_off. plotly is imported here only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a rig may do, and the configuration that a host gives it before a test."""
+"""Limits of a rig, and the configuration that a host writes before a test."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rigctl.errors import LimitError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """The box that position, motion, force, current and temperature must not leave."""
+    """Limits of position, motion, force, current and temperature."""
 
     position_min_m: float = -0.08
     position_max_m: float = 0.08
@@ -38,7 +38,7 @@ class Limits:
 
 
 def tighter(a: Limits, b: Limits) -> Limits:
-    """Return the box that lies inside both."""
+    """Return the limits that are within both."""
     lower = {"position_min_m", "current_min_a"}
     return Limits(
         **{
@@ -50,7 +50,7 @@ def tighter(a: Limits, b: Limits) -> Limits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Configuration:
-    """What the rig is told while it is disabled."""
+    """The configuration of a run, written while the rig is disabled."""
 
     sample_rate_hz: float = 1000.0
     prefill_samples: int = 1024

@@ -1,6 +1,6 @@
 """A python-can interface for one machine without CAN: frames over a local stream socket, lossless and in order.
 
-The rig listens on a name, the host connects to it; frames of both wait in the socket, so nothing is lost in a burst.
+The rig listens on a name, the host connects to it; the socket buffers the frames of both, so none is lost in a burst.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import can
 _HEAD = struct.Struct("<IB")
 _FD = 1 << 30
 _EXTENDED = 1 << 31
-_ROOM = 1 << 20  # bytes that wait for a host
+_MOST_UNSENT_BYTES = 1 << 20  # bytes kept for a host that does not read; more are dropped
 
 
 def socket_path(name: str) -> Path:
@@ -50,9 +50,9 @@ class LoopbackBus(can.BusABC):
         self.send_all([msg])
 
     def send_all(self, messages: Sequence[can.Message]) -> None:
-        """Send frames in one go; without a host at the other end they go nowhere, as on an open bus.
+        """Send frames together; without a host at the other end they are lost, as on an open bus.
 
-        The rig's end never waits for its host, whose frames are lost where it does not read them.
+        The rig's end never waits for the host; frames that the host does not read in time are lost.
         """
         data = b"".join(self._encode(message) for message in messages)
         if self._peer is None:
@@ -61,16 +61,16 @@ class LoopbackBus(can.BusABC):
             if self._listener is None:
                 self._peer.sendall(data)
             else:
-                self._offer(data)
+                self._send_or_buffer(data)
         except (BlockingIOError, TimeoutError) as error:
             raise can.CanOperationError("the other end does not read its frames") from error
         except OSError as error:
-            self._lost(error)
+            self._handle_disconnect(error)
 
-    def _offer(self, data: bytes) -> None:
-        """Send what the host takes at once and keep the rest, up to what a controller would have room for."""
+    def _send_or_buffer(self, data: bytes) -> None:
+        """Send as much as the socket accepts and keep the rest, up to a limit."""
         assert self._peer is not None
-        if len(self._unsent) < _ROOM:
+        if len(self._unsent) < _MOST_UNSENT_BYTES:
             self._unsent += data
         with suppress(BlockingIOError):
             while self._unsent:
@@ -104,10 +104,10 @@ class LoopbackBus(can.BusABC):
         try:
             data = source.recv(1 << 16)
         except OSError as error:
-            self._lost(error)
+            self._handle_disconnect(error)
             return True
         if not data:
-            self._lost(ConnectionResetError("the other end has gone"))
+            self._handle_disconnect(ConnectionResetError("the other end has gone"))
         self._buffer += data
         self._decode()
         return True
@@ -119,7 +119,7 @@ class LoopbackBus(can.BusABC):
             end = at + _HEAD.size + length
             if len(self._buffer) < end:
                 break
-            if self._understands(head):
+            if self._can_read(head):
                 self._waiting.append(
                     can.Message(
                         arbitration_id=head & 0x1FFFFFFF,
@@ -132,16 +132,16 @@ class LoopbackBus(can.BusABC):
             at = end
         del self._buffer[:at]
 
-    def _understands(self, head: int) -> bool:
-        """A classic controller cannot read FD frames: to a rig they are noise, a host is told why."""
+    def _can_read(self, head: int) -> bool:
+        """Whether this end can read the frame; on a classic bus a rig ignores FD frames, a host raises."""
         if self._fd or not head & _FD:
             return True
         if self._listener is None:
             raise can.CanOperationError("an FD frame on a classic bus: add ?fd=true to the rig's address")
         return False
 
-    def _lost(self, error: OSError) -> None:
-        """The rig's end waits for the next host; the host's end says that the rig has gone."""
+    def _handle_disconnect(self, error: OSError) -> None:
+        """The rig's end waits for the next host; the host's end raises that the rig has gone."""
         if self._peer is not None:
             self._peer.close()
         self._peer = None

@@ -24,7 +24,7 @@ FRAMES = (
 
 
 def registers_as_markdown() -> str:
-    """Lay out every register: address, name, type, what a count is worth, read-only or not."""
+    """Table of all registers: address, name, type, value of one count, access."""
     blocks = (*table.INPUT_BLOCKS, table.CONTROL, table.CONFIGURATION, table.WRITE_HEADER, table.READ_HEADER)
     lines = ["| address | name | type | one count is | access |", "|---|---|---|---|---|"]
     for block in blocks:
@@ -37,7 +37,7 @@ def registers_as_markdown() -> str:
 
 
 def frames_as_markdown() -> str:
-    """Lay out every frame: identifier, sender, name, content."""
+    """Table of all frames: identifier, sender, name, content."""
     lines = ["| COB-ID | from | frame | content |", "|---|---|---|---|"]
     lines += [f"| 0x{number:03X} | {sender} | {name} | {content} |" for number, sender, name, content in FRAMES]
     return "\n".join(lines) + "\n"

@@ -1,6 +1,6 @@
 """The register map, version 1: one table for both sides of the wire.
 
-32-bit values stand high word first. Input registers (FC04) report, holding registers (FC03/06/16/23) command.
+32-bit values have the high word first. Input registers (FC04) report, holding registers (FC03/06/16/23) command.
 Every scaling comes from :mod:`rigctl.scaling`.
 """
 
@@ -30,7 +30,7 @@ _WIDTH: Final[Mapping[str, int]] = {"u16": 1, "i16": 1, "u32": 2, "i32": 2}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Register:
-    """One value: where it stands and what a count of it is worth."""
+    """One value: its address, type and the value of one count."""
 
     name: str
     address: int
@@ -130,8 +130,8 @@ STATUS: Final = Block(
         Register(name="heartbeat", address=0x25),
         Register(name="command_acknowledged", address=0x26),
         Register(name="command_refused", address=0x27),  # the last command that had no effect
-        Register(name="standing", address=0x28),  # faults whose cause is still there: a reset has no effect
-        Register(name="detector", address=0x29),  # which one acted first; 0: none
+        Register(name="standing", address=0x28),  # faults whose cause persists: a reset has no effect
+        Register(name="detector", address=0x29),  # the detector that acted first; 0: none
     ),
 )
 COUNTERS: Final = Block(
@@ -218,7 +218,7 @@ def configuration_from(values: dict[str, Value]) -> Configuration:
     )
 
 
-# A sample on the wire, as on CAN: what needs 32 bits has them, the rest has 16.
+# A sample on the wire, as on CAN: 32 bits where the resolution needs them, else 16.
 _SETPOINT: Final = np.dtype([("displacement_m", ">i4"), ("current_a", ">i2")])
 _CAPTURE: Final = np.dtype(
     [
@@ -283,14 +283,14 @@ def crc32(words: Sequence[int]) -> int:
     return zlib.crc32(np.array(words, dtype=">u2").tobytes())
 
 
-def _seal(block: Block, values: Mapping[str, Value], body: list[int]) -> list[int]:
+def _with_crc(block: Block, values: Mapping[str, Value], body: list[int]) -> list[int]:
     head = block.encode({**values, "crc": 0})
     head[-2:] = divmod(crc32(head + body), 1 << 16)
     return head + body
 
 
-def _opened(block: Block, words: Sequence[int], words_per_sample: int) -> tuple[dict[str, Value], list[int]] | None:
-    """Open a window: header and samples, or None where the CRC or the count says that it is damaged."""
+def _checked(block: Block, words: Sequence[int], words_per_sample: int) -> tuple[dict[str, Value], list[int]] | None:
+    """Decode a window into header and samples; None where the CRC or the count is wrong."""
     head = block.decode(words[: block.count])
     count = int(head["samples"]) & SAMPLES
     body = list(words[block.count : block.count + count * words_per_sample])
@@ -302,7 +302,7 @@ def _opened(block: Block, words: Sequence[int], words_per_sample: int) -> tuple[
 
 
 def encode_write(block: SetpointBlock | None, run_id: int, captured: int, heartbeat: int) -> list[int]:
-    """Words of the write window: one block of set-points (or none) and what was captured so far."""
+    """Words of the write window: one block of set-points (or none) and the number of samples captured so far."""
     samples = 0 if block is None else block.samples
     body: list[int] = []
     if block is not None:
@@ -315,12 +315,12 @@ def encode_write(block: SetpointBlock | None, run_id: int, captured: int, heartb
         "heartbeat": heartbeat,
         "flags": END_OF_STREAM if block is not None and block.end_of_stream else 0,
     }
-    return _seal(WRITE_HEADER, values, body)
+    return _with_crc(WRITE_HEADER, values, body)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WriteWindow:
-    """What the rig finds in the write window."""
+    """The decoded write window."""
 
     run_id: int
     captured: int
@@ -330,7 +330,7 @@ class WriteWindow:
 
 def decode_write(words: Sequence[int]) -> WriteWindow | None:
     """Read the write window; None where it is damaged."""
-    opened = _opened(WRITE_HEADER, words, 3)
+    opened = _checked(WRITE_HEADER, words, 3)
     if opened is None:
         return None
     head, body = opened
@@ -360,13 +360,13 @@ def encode_read(head: Mapping[str, Value], capture: CaptureBlock, refused: bool,
         "samples": capture.samples | heartbeat << BEAT | (REFUSED if refused else 0),
         "run_id": capture.run_id,
     }
-    words = _seal(READ_HEADER, values, _to_words(capture.values, _CAPTURE, scaling.CAPTURE))
+    words = _with_crc(READ_HEADER, values, _to_words(capture.values, _CAPTURE, scaling.CAPTURE))
     return words + [0] * (READ_COUNT - len(words))
 
 
 def decode_read(words: Sequence[int]) -> tuple[dict[str, Value], CaptureBlock, bool] | None:
     """Read the read window: header, captured samples, last block refused or not; None where damaged."""
-    opened = _opened(READ_HEADER, words, 7)
+    opened = _checked(READ_HEADER, words, 7)
     if opened is None:
         return None
     head, body = opened

@@ -1,4 +1,4 @@
-"""A rig over Modbus TCP: FC23 moves a block of set-points up and a block of captured samples down."""
+"""A rig over Modbus TCP: FC23 writes a block of set-points and reads a block of captured samples."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ILLEGAL = {1: "illegal function", 2: "illegal address", 3: "illegal value", 4: "
 
 
 class ModbusTransport:
-    """One connection to one rig; a failed call drops it: a late answer is never taken for the next."""
+    """One connection to one rig; a failed call closes it, so that a late answer is not taken for the next one."""
 
     block_samples = table.BLOCK_SAMPLES
     capture_samples = table.CAPTURE_SAMPLES
@@ -149,7 +149,7 @@ class ModbusTransport:
         return status_from(values), int(values["command_acknowledged"])
 
     def _call(self, ends: float, request: Callable[[ModbusTcpClient], ModbusPDU]) -> list[int]:
-        """Make one transaction: the one place where pymodbus's two error channels become ours."""
+        """Make one transaction: the only place where errors of pymodbus become errors of this package."""
         remaining = ends - self._clock.now()
         if remaining <= 0:
             raise TransportTimeout(f"{self.url}: no time left before the deadline")

@@ -1,4 +1,4 @@
-"""SI columns to packed integer rows and back: the one place where a sample becomes counts."""
+"""SI columns to packed integer rows and back: the only conversion between samples and counts."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ def to_counts(values: NDArray[np.float64], layout: np.dtype[np.void], lsb: Seque
     """Turn SI columns into a packed row per sample; OverflowError where one does not fit."""
     packed = np.empty(values.shape[0], dtype=layout)
     for column, (name, unit) in enumerate(zip(layout.names or (), lsb, strict=True)):
-        counts, room = np.rint(values[:, column] / unit), np.iinfo(layout[name])
-        if counts.size and not (counts.min() >= room.min and counts.max() <= room.max):
+        counts, bounds = np.rint(values[:, column] / unit), np.iinfo(layout[name])
+        if counts.size and not (counts.min() >= bounds.min and counts.max() <= bounds.max):
             raise OverflowError(f"{name}: a sample does not fit {layout[name].itemsize * 8} bits")
         packed[name] = counts
     return packed

@@ -1,4 +1,4 @@
-"""Play one test and record it: whatever happens, the rig ends safe and the file ends true."""
+"""Plays one test and records it; at the end, also after an error, the rig is stopped and the file is closed."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from rigctl.address import connect
 from rigctl.axis import Axis
 from rigctl.clock import Clock, SystemClock
 from rigctl.errors import GateError, InterlockTripped, LimitError, RigError, RigFault, TransportError
-from rigctl.interlocks import Action, Interlock, Rest, Watch, check_waveform
+from rigctl.interlocks import Action, HoldWatch, Interlock, InterlockWatch, check_waveform
 from rigctl.limits import Configuration, Limits, tighter
-from rigctl.priority import ahead
+from rigctl.priority import real_time_priority
 from rigctl.progress import Phase, Progress
 from rigctl.recording import Labels, Recorder, file_stem, free_path, template
 from rigctl.stream import Stream, StreamPlan
@@ -24,19 +24,19 @@ from rigctl.waveform import Waveform, with_ramps
 
 __all__ = ["PlayerSettings", "connect", "file_stem", "play"]
 
-PREFILL_S = 1.5  # what lies ready before the rig starts, at most half of what may be ahead
-AHEAD_S = 2.5  # what the rig has at most before it is due, where three quarters of the FIFO hold it
+PREFILL_S = 1.5  # of set-points in the FIFO before the rig starts, at most half of MOST_BUFFERED_S
+MOST_BUFFERED_S = 2.5  # of set-points in the FIFO, at most three quarters of it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlayerSettings:
-    """Times and sizes that a laboratory may want otherwise."""
+    """Times and limits that a laboratory may change."""
 
     ramp_s: float = 1.0
-    settle_s: float = 0.0  # at full size before it counts; of periodic excitations only
+    settle_s: float = 0.0  # at full amplitude before recording; periodic excitations only
     limits: Limits | None = None  # tighter than the machine's
-    watchdog_s: float = 1.0  # the rig comes to rest when nothing was heard of this computer for so long
-    link_patience_s: float = 2.0  # exchanges are tried again for so long
+    watchdog_s: float = 1.0  # the rig stops when it has not heard from this computer for so long
+    link_patience_s: float = 2.0  # an exchange is repeated for so long
     stall_s: float = 5.0  # without any progress of the rig
     gate_s: float = 3600.0  # of the rig's time, for the temperature gate and for an interlock that holds
     interlocks: tuple[Interlock, ...] = ()
@@ -75,14 +75,14 @@ def play(
     """Play one test and return the run file's path.
 
     The file's status is ``complete``, or ``aborted`` when `should_stop` gave a reason. The rig ends disabled.
-    As long as `should_hold` says so the rig rests where it came to a stop, under power; then it leads in again and
-    goes on with the first sample that is not recorded yet. The file tells of both in its events. Where
+    As long as `should_hold` says so the rig is at rest under power; then the motion is
+    faded in again and continues with the first sample that is not recorded yet. Both are events in the file. Where
     `should_return` says so, a rig that was stopped travels back to mid-stroke, without current, before it is disabled.
 
     Raises
     ------
     LimitError, GateError, IdentityError
-        Nothing has moved and there is no file; but a hold whose interlock never came back is a GateError with one.
+        Nothing has moved and there is no file; except a hold whose interlock was not released: GateError.
     InterlockTripped
         An interlock of the host ended the test: the file is ``aborted``.
     RigFault
@@ -105,7 +105,7 @@ def play(
         should_hold=should_hold,
         should_return=should_return,
     )
-    with ahead() if clock is None else nullcontext():
+    with real_time_priority() if clock is None else nullcontext():
         return player.run()
 
 
@@ -125,7 +125,7 @@ class _Player:
     stream: Stream | None = None
     waveform: Waveform | None = None
     recorder: Recorder | None = None
-    holding: Interlock | None = None  # what the test rests for, where nobody asked for it
+    holding: Interlock | None = None  # the interlock for which the test holds; None: on request
 
     def run(self) -> Path:
         axis = Axis(self.transport, self.clock, stall_s=self.settings.stall_s)
@@ -134,23 +134,25 @@ class _Player:
         configuration = self._configuration(identity)
         _check_rate(self.test, identity, configuration.sample_rate_hz)
         self.waveform = self._waveform(0, configuration.limits)
-        axis.await_others()  # before the `try`: what is theirs must not be stopped
+        axis.await_other_hosts()  # before the `try`: a motion of another host must not be stopped
         try:
             axis.prepare(configuration)
             self._wait(axis)
-            before = Rest(None, (), configuration.sample_rate_hz)
-            axis.rest(lambda status: self._may_go_on(status, 0, before))  # held before it began: the power stays off
+            before = HoldWatch(None, (), configuration.sample_rate_hz)
+            axis.wait_at_rest(
+                lambda status: self._may_go_on(status, 0, before)
+            )  # a hold before the start: power stays off
             axis.confirm()
             self._report(Phase.STARTING)
             self._play_on(axis, configuration, identity)
             axis.make_safe()
             return self._close("complete")
-        except BaseException as error:  # noqa: BLE001  # whatever it is: safe first, `_end` raises it again
+        except BaseException as error:  # noqa: BLE001  # any error: `_end` makes the rig safe and raises it again
             return self._end(axis, error)
 
     def _play_on(self, axis: Axis, configuration: Configuration, identity: Identity) -> None:
         """Play to the end, through every hold."""
-        watch = Watch(self.settings.interlocks, configuration.sample_rate_hz)
+        watch = InterlockWatch(self.settings.interlocks, configuration.sample_rate_hz)
         while self.waveform is not None:
             axis.enable(self.waveform.displacement_m[0], self.waveform.current_a[0])
             recorder = self._recording(identity)
@@ -160,8 +162,8 @@ class _Player:
             if self._complete:
                 return
             self.waveform = self._waveform(recorder.samples, configuration.limits)
-            watch.begin_again()
-            axis.begin_another()
+            watch.rearm()
+            axis.number_next_run()
             self._report(Phase.RESUMING)
 
     @property
@@ -169,7 +171,7 @@ class _Player:
         return self.recorder is not None and self.recorder.samples == self.test.excitation.samples
 
     def _waveform(self, start: int, limits: Limits) -> Waveform:
-        """Lay out what is still to be played; in the middle of a test the ramp may be longer."""
+        """Return the set-points still to be played; after a hold the ramp may be longer."""
         excitation, error = self.test.excitation, None
         for longer in (1, 2, 4) if start else (1,):
             waveform = with_ramps(
@@ -192,12 +194,12 @@ class _Player:
             return
         recorder.event(f"hold, {self.holding}" if self.holding else "hold")
         ends = came.sample_index + round(self.settings.gate_s * self.test.excitation.sample_rate_hz)
-        rest = Rest(self.holding, self.settings.interlocks, self.test.excitation.sample_rate_hz)
-        axis.rest(lambda status: self._may_go_on(status, ends, rest))
+        rest = HoldWatch(self.holding, self.settings.interlocks, self.test.excitation.sample_rate_hz)
+        axis.wait_at_rest(lambda status: self._may_go_on(status, ends, rest))
         recorder.event("resumed")
         self.holding = None
 
-    def _may_go_on(self, status: Status, ends: int, rest: Rest) -> bool:
+    def _may_go_on(self, status: Status, ends: int, rest: HoldWatch) -> bool:
         self._stop_if_asked()
         if (stop := rest.stops(status.measured, status.sample_index)) is not None:
             raise InterlockTripped(str(stop))
@@ -210,9 +212,9 @@ class _Player:
         return True
 
     def _end(self, axis: Axis, error: BaseException) -> Path:
-        """Make the rig safe, then the file true, then tell: after anything that went other than planned."""
+        """After an error or a stop: make the rig safe, then close the file, then report."""
         status = "truncated" if isinstance(error, TransportError) else "aborted"
-        tell, self.on_progress = self.on_progress, _tell_nobody  # what is told may raise: safe comes first
+        tell, self.on_progress = self.on_progress, _ignore_progress  # a report may raise: the rig must be safe first
         if isinstance(error, _Stopped):
             with suppress(RigError, KeyboardInterrupt):
                 axis.travel_home(self.should_return)
@@ -236,7 +238,7 @@ class _Player:
         return path
 
     def _drain(self, axis: Axis) -> None:
-        """Fetch what the rig captured before it came to rest: where it stopped, the samples that show why."""
+        """Fetch the samples captured until the rig was at rest: they show why it stopped."""
         while self.stream is not None:
             fresh = self.stream.take(axis.fetch(self.stream, self.settings.link_patience_s))
             if fresh is None:
@@ -248,7 +250,7 @@ class _Player:
         if self.settings.limits is not None:
             limits = tighter(limits, self.settings.limits)
         rate, fifo = self.test.excitation.sample_rate_hz, identity.fifo_samples
-        most = min(round(AHEAD_S * rate), fifo * 3 // 4)
+        most = min(round(MOST_BUFFERED_S * rate), fifo * 3 // 4)
         return Configuration(
             sample_rate_hz=rate,
             prefill_samples=min(round(PREFILL_S * rate), most // 2),
@@ -283,7 +285,7 @@ class _Player:
         recorder: Recorder,
         configuration: Configuration,
         identity: Identity,
-        watch: Watch,
+        watch: InterlockWatch,
     ) -> None:
         """Play a waveform to its end, or until the test has to hold."""
         self.stream = stream = Stream(
@@ -308,7 +310,7 @@ class _Player:
             if fresh is not None:
                 self._record(fresh)
             if reply.faults:
-                raise RigFault(f"the rig stopped: {axis.why(reply.faults)}")
+                raise RigFault(f"the rig stopped: {axis.fault_text(reply.faults)}")
             if fresh is not None:
                 self._act_on(watch.tripped(fresh.values), recorder)
             if not started and stream.prefilled:
@@ -359,7 +361,7 @@ class _Player:
         )
 
 
-def _tell_nobody(progress: Progress) -> None:
+def _ignore_progress(progress: Progress) -> None:
     pass
 
 

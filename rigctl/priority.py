@@ -1,4 +1,4 @@
-"""The calling thread ahead of ordinary work, where the system permits it: a stream must not wait behind a compiler."""
+"""Real-time priority for the calling thread, so that other programs do not delay a stream."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-LEVEL = 10  # of 1 … 99: ahead of everything ordinary, behind what keeps the computer itself alive
+PRIORITY = 10  # of 1 … 99: above ordinary processes, below the system's own real-time threads
 
 
 @contextmanager
-def ahead() -> Iterator[bool]:
-    """Run the calling thread with real-time priority; say whether the system permits it.
+def real_time_priority() -> Iterator[bool]:
+    """Run the calling thread with real-time priority; yields whether the system permits it.
 
     Linux permits it to root, with CAP_SYS_NICE, or up to RLIMIT_RTPRIO (``ulimit -r``). Without it nothing changes.
     """
@@ -21,7 +21,7 @@ def ahead() -> Iterator[bool]:
         return
     policy, param = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
-        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(LEVEL))
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(PRIORITY))
     except OSError:
         yield False
         return
@@ -31,8 +31,8 @@ def ahead() -> Iterator[bool]:
         os.sched_setscheduler(0, policy, param)
 
 
-def behind() -> None:
-    """Be ordinary again, in a thread that was begun by one that is ahead."""
+def drop_priority() -> None:
+    """Return to ordinary priority, in a thread that inherited real-time priority."""
     if sys.platform == "linux":
         with suppress(OSError):
             os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))

@@ -1,4 +1,4 @@
-"""What a person or a program can follow while a test is played."""
+"""Progress of a test, for a person or a program."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rigctl.transport import CaptureBlock
 
 
 class Phase(StrEnum):
-    """Where a test stands; the words are those of commercial controllers."""
+    """Phase of a test; the words are those of commercial controllers."""
 
     CONNECTING = "connecting"
     WAITING = "waiting"  # for the temperature gate, or dwelling

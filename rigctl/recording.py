@@ -1,4 +1,4 @@
-"""From captured blocks to the run file: which samples belong to the excitation, and what the file says of itself."""
+"""From captured blocks to the run file: which samples belong to the excitation, and the attributes of the file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["Labels", "Recorder", "file_stem", "free_path"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Labels:
-    """What the run file says about its origin."""
+    """The origin of a run, for the run file."""
 
     specimen: str = ""
     campaign_id: str = ""
@@ -32,7 +32,7 @@ class Labels:
 
 
 class Recorder:
-    """Writes what belongs to the excitation, sample by sample and once, whatever was played around it."""
+    """Writes each sample of the excitation once, without the ramps and repetitions around it."""
 
     def __init__(self, path: Path, template: Run, excitation: Excitation, clock: Callable[[], float]) -> None:
         self._writer, self._excitation = RunWriter(path, template, clock=clock), excitation
@@ -43,7 +43,7 @@ class Recorder:
         return self._writer.samples
 
     def record(self, block: CaptureBlock, waveform: Waveform) -> CaptureBlock | None:
-        """Keep the part of a block that belongs to the excitation; give it, numbered as the excitation is."""
+        """Keep the part of a block that belongs to the excitation; return it, numbered as the excitation is."""
         first = max(waveform.lead - block.first_index, 0)
         last = min(waveform.lead + waveform.samples - block.first_index, block.samples)
         if first >= last:
@@ -64,7 +64,7 @@ class Recorder:
         return replace(block, first_index=start, values=values)
 
     def event(self, text: str) -> None:
-        """Note what happened behind the last sample."""
+        """Add an event at the time of the last sample."""
         self._writer.event(self.samples / self._excitation.sample_rate_hz, text)
 
     def close(self, status: str) -> Path:

@@ -1,4 +1,4 @@
-"""Close run files that a crash left open, losing no sample that had reached the disk."""
+"""Closes run files that a crash left open, with every sample that was on the disk."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rigctl.runwriter import PART_SUFFIX, lock_part
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recovered:
-    """What became of one orphan: the file it is now, or why it could not be closed."""
+    """The result for one orphan: its file, or why it could not be closed."""
 
     orphan: Path
     path: Path | None
@@ -27,7 +27,7 @@ class Recovered:
 def recover(path: str | os.PathLike[str]) -> Path:
     """Close one orphan (``….h5.part``) as ``truncated`` under its own name and return that name.
 
-    The orphan is removed only once the copy is on the disk under its name: a crash here loses nothing either.
+    The orphan is removed after the copy is on the disk under its name, so that a crash here loses nothing.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def recover(path: str | os.PathLike[str]) -> Path:
 
 
 def recover_directory(directory: str | os.PathLike[str]) -> tuple[Recovered, ...]:
-    """Close every orphan below a directory and say what became of each; a second call finds nothing to do."""
+    """Close every orphan below a directory and return the result for each; a second call finds none."""
     root = Path(directory)
     if not root.is_dir():
         raise RunFileError(f"{root}: no such directory")

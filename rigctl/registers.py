@@ -1,4 +1,4 @@
-"""What registers mean, whichever wire they came over: identity, limits, status."""
+"""Decodes registers, of any wire: identity, limits, status."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rigctl.transport import Capability, Identity, Status
 
 
 def identity_from(head: dict[str, table.Value], limits: dict[str, table.Value]) -> Identity:
-    """Make an identity of its block and of the machine's limits."""
+    """Identity from its block and the machine's limits."""
     return Identity(
         map_version=int(head["map_version"]),
         vendor=str(head["vendor"]),

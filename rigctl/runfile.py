@@ -15,13 +15,13 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.kinds import Kind
 from rigctl.durable import replacing
 from rigctl.errors import RunFileError
 
 FORMAT = "damper-rig/run"
 FORMAT_VERSION = 1
 STATUSES = ("complete", "aborted", "truncated")
-KINDS = ("multisine", "sine", "triangle", "steps", "sweep", "road", "custom")
 EVENT_BYTES = 240
 
 # The unit that the contract gives a channel; any other channel may carry any of UNITS.
@@ -77,8 +77,8 @@ class Run:
     """One captured test: what was commanded, what was measured, and how it ended.
 
     Every channel is a float64 array of the same length on one uniform time base; sample 0 is the first sample
-    of the excitation. A run refuses to exist when a channel is of another length, has a sample that is not
-    finite, or lacks a known unit.
+    of the excitation. Raises RunFileError when a channel is of another length, has a sample that is not
+    finite, or has no known unit.
     """
 
     run_id: str
@@ -118,8 +118,8 @@ def _check_header(run: Run) -> None:
         raise RunFileError(f"sample_rate is {run.sample_rate_hz}: it must be positive and finite, Hz")
     if run.period_samples < 0:
         raise RunFileError(f"period_samples is {run.period_samples}: it must be 0 (not periodic) or more")
-    if run.excitation_kind not in KINDS:
-        raise RunFileError(f"excitation_kind is {run.excitation_kind!r}: it must be one of {', '.join(KINDS)}")
+    if run.excitation_kind not in tuple(Kind):
+        raise RunFileError(f"excitation_kind is {run.excitation_kind!r}: it must be one of {', '.join(Kind)}")
     if run.status not in STATUSES:
         raise RunFileError(f"status is {run.status!r}: it must be one of {', '.join(STATUSES)}")
     if not run.channels:
@@ -137,7 +137,7 @@ def _check_channel(name: str, values: NDArray[np.float64], length: int, unit: st
     if unit not in allowed:
         raise RunFileError(f"channel {name}: unit {unit!r} is unknown here, it must be {' or '.join(allowed)}")
     if values.ndim != 1 or values.dtype != np.float64:
-        raise RunFileError(f"channel {name}: shape {values.shape} of {values.dtype}, it must be a row of float64")
+        raise RunFileError(f"channel {name}: shape {values.shape} of {values.dtype}, it must be a 1-D array of float64")
     if values.size != length:
         first = min(values.size, length)
         raise RunFileError(f"channel {name}: {values.size} samples where {length} are due, first bad sample {first}")
@@ -224,12 +224,12 @@ def _check_format(file: h5py.File) -> None:
 
 
 def read_channel(group: h5py.Group, name: str) -> NDArray[np.float64]:
-    """Read one channel as float64, exactly; raise RunFileError for anything but a row of real numbers."""
+    """Read one channel as float64, exactly; raise RunFileError for anything but a 1-D array of real numbers."""
     if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-        raise RunFileError(f"channel {name}: a link to elsewhere, the samples must be in this file")
+        raise RunFileError(f"channel {name}: a link to another file, the samples must be in this file")
     dataset = group[name]
     if not isinstance(dataset, h5py.Dataset) or dataset.dtype.kind not in "fiu" or dataset.ndim != 1:
-        raise RunFileError(f"channel {name}: not a row of numbers, it must be float64 [samples]")
+        raise RunFileError(f"channel {name}: not a 1-D array of numbers, it must be float64 [samples]")
     try:
         return np.asarray(dataset[...], dtype=np.float64)
     except OSError as error:

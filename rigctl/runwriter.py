@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rigctl.durable import sync_directory, sync_file
 from rigctl.errors import RunFileError
-from rigctl.priority import behind
+from rigctl.priority import drop_priority
 from rigctl.runfile import (
     EVENT_BYTES,
     STATUSES,
@@ -30,7 +30,7 @@ PART_SUFFIX = ".part"
 BLOCK_SAMPLES = 500
 FLUSH_INTERVAL_S = 0.2
 CHUNK_SAMPLES = 4096
-CACHE_BYTES = 2 * 8 * CHUNK_SAMPLES  # of each channel: what is written is not read again, and memory stays flat
+CACHE_BYTES = 2 * 8 * CHUNK_SAMPLES  # of each channel: written data are not read again, so memory stays constant
 SYNC_S = 30.0
 
 
@@ -40,7 +40,7 @@ def part_path(path: Path) -> Path:
 
 
 def lock_part(handle: int, *, exclusive: bool) -> bool:
-    """Mark a part as in use (shared), or ask whether it is free (exclusive); False where it is not."""
+    """Lock a part as in use (shared), or test whether it is free (exclusive); False where that fails."""
     if sys.platform == "win32":
         return True
     import fcntl
@@ -56,8 +56,8 @@ class RunWriter:
     """Writes ``<path>.part`` in HDF5's single-writer-multiple-reader mode and renames it when it is closed.
 
     `template` is a Run without samples: its channels are empty rows that name what will be appended. Samples
-    reach the disk in blocks of at least 500 and, with fsync, every 0.2 s: after kill -9 whatever was flushed
-    is readable (:func:`rigctl.recover.recover`). Until it is closed the file says ``truncated``: the truth.
+    reach the disk in blocks of at least 500 and, with fsync, every 0.2 s: after kill -9 all flushed samples
+    are readable (:func:`rigctl.recover.recover`). Until it is closed the status in the file is ``truncated``.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class RunWriter:
         self._clock, self._flush_interval_s, self._last_flush = clock, flush_interval_s, clock()
         self._pending: list[Mapping[str, NDArray[np.float64]]] = []
         self._pending_samples = self.samples = 0
-        # Laid out under another name: who sees the part, or is interrupted before it is there, sees no half-made file.
+        # Made under another name, so that an incomplete part is never visible, not even after an interrupt.
         unborn = self.part.with_name(f".{self.part.name}.{os.getpid()}.new")
         try:
             self._file = h5py.File(unborn, "w", libver=("v110", "v110"), rdcc_nbytes=CACHE_BYTES)
@@ -87,7 +87,7 @@ class RunWriter:
             self._channels = _lay_out(self._file, template)
             self._event_times, self._event_texts = self._file["events/time"], self._file["events/text"]
             self._file.swmr_mode = True
-            self._disk = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fsync", initializer=behind)
+            self._disk = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fsync", initializer=drop_priority)
             self._sync: Future[None] | None = None
             self._lock = os.open(unborn, os.O_RDONLY)
             lock_part(self._lock, exclusive=False)
@@ -125,7 +125,7 @@ class RunWriter:
         self._last_flush = self._clock()
 
     def _flush_soon(self) -> None:
-        """Hand everything to the system now, and to the disk without waiting: a slow disk must not stop a stream."""
+        """Write to the system now, and sync to the disk in a thread: a slow disk must not delay the stream."""
         self._write_pending()
         self._file.flush()
         if self._sync is None or self._sync.done():
@@ -134,7 +134,7 @@ class RunWriter:
         self._last_flush = self._clock()
 
     def _synced(self) -> None:
-        """Wait for the disk; a failure there is raised here, not lost."""
+        """Wait for the sync to the disk and raise its error."""
         if self._sync is not None:
             done, self._sync = self._sync, None
             try:
@@ -145,7 +145,7 @@ class RunWriter:
                 ) from error
 
     def close(self, status: str) -> Path:
-        """Close with a true status and give the file its name; a second call changes nothing."""
+        """Close with the given status and rename the file; a second call changes nothing."""
         if status not in STATUSES:
             raise RunFileError(f"{self.path}: status is {status!r}, it must be one of {', '.join(STATUSES)}")
         if self._file.id.valid:
@@ -179,7 +179,7 @@ class RunWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.close("truncated")  # unless it was closed before, with a better status
+        self.close("truncated")  # no effect where it was closed before
 
 
 def _lay_out(file: h5py.File, template: Run) -> dict[str, h5py.Dataset]:

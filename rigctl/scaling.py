@@ -1,4 +1,4 @@
-"""What one count on the wire is worth: stated once, for the frames, their DBC and the registers."""
+"""Value of one count on the wire, for the frames, their DBC and the registers."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ UPLOADED: Final = 0x43
 ABORT: Final = 0x80
 NOT_IN_THIS_STATE: Final = 0x08000022
 NO_SUCH_OBJECT: Final = 0x06020000
-ERROR_HISTORY: Final = 0x10000  # the address that stands for object 0x1003
+ERROR_HISTORY: Final = 0x10000  # the address that means object 0x1003
 ABORT_TEXT: Final = {
     NOT_IN_THIS_STATE: "not possible with this value or in this state",
     NO_SUCH_OBJECT: "no such object",
@@ -39,7 +39,7 @@ class Sdo:
 
 
 def unpack(data: bytes) -> Sdo | None:
-    """Read a frame; None for one that is about neither the register map nor the error history."""
+    """Read a frame; None for one that addresses neither the register map nor the error history."""
     if len(data) != 8:
         return None
     kind, index, sub, value = _FRAME.unpack(data)

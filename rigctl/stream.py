@@ -1,4 +1,4 @@
-"""Filling the rig's FIFO and emptying its capture store: a pure state machine, no sockets, no clock."""
+"""Fills the rig's FIFO and empties its capture store: a pure state machine without sockets and clock."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rigctl.transport import SEQUENCES, CaptureBlock, Reply, SetpointBlock
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StreamPlan:
-    """The set-points of one run and the sizes that bound their flow."""
+    """The set-points of one run and the sizes of block, FIFO and water marks."""
 
     run_id: int
     displacement_m: NDArray[np.float64]  # (N,)
@@ -32,7 +32,7 @@ class StreamPlan:
         return -(-self.samples // self.block_samples)
 
     def block(self, number: int) -> SetpointBlock:
-        """Cut out one block; the last one carries the end of the stream."""
+        """Return one block; the last one has the end-of-stream flag."""
         part = slice(number * self.block_samples, (number + 1) * self.block_samples)
         return SetpointBlock(
             run_id=self.run_id,
@@ -49,10 +49,10 @@ class StreamPlan:
 
 @dataclass(slots=True)
 class Stream:
-    """Where one run stands: what was sent, accepted, consumed and captured.
+    """State of one run: blocks sent and accepted, samples consumed and captured.
 
-    Credits: sent − consumed never exceeds the FIFO's high-water mark. Go-back-N: what the rig did not accept
-    is sent again from there. A captured sample counts once, however often it comes.
+    Credits: sent − consumed never exceeds the FIFO's high-water mark. Go-back-N: after a refusal all blocks
+    from the refused one are sent again. A captured sample counts once, however often it comes.
     """
 
     plan: StreamPlan
@@ -65,7 +65,7 @@ class Stream:
     repeated_captures: int = 0
 
     def next_block(self) -> SetpointBlock | None:
-        """Give the block to send now; None while there is no credit or nothing left."""
+        """Return the block to send now; None without credit or when all are sent."""
         if self.sent_blocks == self.plan.blocks:
             return None
         after = self.plan.samples_before(self.sent_blocks + 1)
@@ -77,14 +77,14 @@ class Stream:
 
     @property
     def prefilled(self) -> bool:
-        """Enough set-points are accepted for the rig to start."""
+        """Whether enough set-points are accepted for the rig to start."""
         plan = self.plan
-        room = max(plan.high_water_samples - plan.block_samples, 1)  # whole blocks may not reach the mark itself
-        return plan.samples_before(self.accepted_blocks) >= min(plan.prefill_samples, room, plan.samples)
+        mark = max(plan.high_water_samples - plan.block_samples, 1)  # whole blocks may not reach the mark exactly
+        return plan.samples_before(self.accepted_blocks) >= min(plan.prefill_samples, mark, plan.samples)
 
     @property
     def finished(self) -> bool:
-        """Every captured sample is here."""
+        """Whether every captured sample has arrived."""
         return self.captured == self.plan.samples
 
     def rewind(self) -> None:
@@ -93,7 +93,7 @@ class Stream:
         self.sent_blocks = self.accepted_blocks
 
     def take(self, reply: Reply) -> CaptureBlock | None:
-        """Learn from a reply; return the captured samples in it that are new, or None.
+        """Update from a reply; return its new captured samples, or None.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The seam to a rig: one Protocol, blocks of samples, SI units, a deadline on everything."""
+"""The interface to a rig: one Protocol, blocks of samples in SI units, a deadline for every call."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from rigctl.device import Control, Fault, RigState
 from rigctl.limits import Configuration, Limits
 
 SEQUENCES = 1 << 16
-HEARTBEATS = 1 << 7  # what a reply counts the rig's heartbeat modulo
-NO_SEQUENCE = SEQUENCES - 1  # what the rig reports before it has accepted the first block, number 0
+HEARTBEATS = 1 << 7  # the heartbeat in a reply is counted modulo this
+NO_SEQUENCE = SEQUENCES - 1  # reported before the first block, number 0, is accepted
 
 
 class Capability(IntFlag):
-    """What a rig can do beyond the least."""
+    """Optional capabilities of a rig."""
 
     NONE = 0
     CURRENT = 1  # drives the current of a controllable damper
@@ -27,7 +27,7 @@ class Capability(IntFlag):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Identity:
-    """Who the rig is and what it can do."""
+    """Identity and properties of the rig."""
 
     map_version: int
     vendor: str
@@ -44,7 +44,7 @@ class Identity:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Status:
-    """What the rig says of itself."""
+    """Status as the rig reports it."""
 
     state: RigState
     faults: Fault
@@ -70,7 +70,7 @@ class Status:
 
     @property
     def measured(self) -> NDArray[np.float64]:
-        """What the sensors say, as a captured sample does, (1, 5)."""
+        """Sensor readings in the order of a captured sample, (1, 5)."""
         return np.array([[self.force_n, self.displacement_m, self.current_a, self.temperature_degc, self.pressure_pa]])
 
 
@@ -82,7 +82,7 @@ class SetpointBlock:
     sequence: int  # modulo 65 536
     displacement_m: NDArray[np.float64]  # (n,)
     current_a: NDArray[np.float64]  # (n,)
-    end_of_stream: bool  # the last block of the run: running dry after it is a clean end
+    end_of_stream: bool  # the last block of the run: an empty FIFO after it is a clean end
 
     @property
     def samples(self) -> int:
@@ -104,7 +104,7 @@ class CaptureBlock:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reply:
-    """What one exchange brings back."""
+    """The answer to one exchange."""
 
     state: RigState
     faults: Fault
@@ -112,14 +112,14 @@ class Reply:
     fifo_free: int
     consumed: int
     refused: bool  # the last block was refused: send again from last_accepted + 1
-    heartbeat: int  # of the rig, modulo 128: stands still where its controller does
+    heartbeat: int  # of the rig, modulo 128: constant where its controller has stopped
     capture: CaptureBlock
 
 
 class Transport(Protocol):
-    """One wire to one rig. Every call ends by its deadline and raises nothing but TransportError.
+    """A connection to one rig. Every call ends by its deadline and raises only TransportError.
 
-    Every call may be repeated after an error: the rig drops what it has had already.
+    Every call may be repeated after an error: the rig drops blocks that it already has.
     """
 
     @property
@@ -127,12 +127,12 @@ class Transport(Protocol):
 
     @property
     def block_samples(self) -> int:
-        """Most set-points that one exchange carries, once the rig is configured."""
+        """Largest number of set-points in one exchange, once the rig is configured."""
         ...
 
     @property
     def capture_samples(self) -> int:
-        """Most captured samples that one exchange brings back; fewer: the rig has no more at the moment."""
+        """Largest number of captured samples in one reply; with fewer the rig has no more at the moment."""
         ...
 
     def identify(self, deadline_s: float) -> Identity: ...
@@ -142,7 +142,7 @@ class Transport(Protocol):
         ...
 
     def command(self, control: Control, run_id: int, deadline_s: float) -> Status:
-        """Give a control word and wait until the rig has seen it; the state may follow later."""
+        """Send a control word and wait until the rig has acknowledged it; the state may change later."""
         ...
 
     def direct(self, displacement_m: float, current_a: float, deadline_s: float) -> Status:
@@ -152,9 +152,9 @@ class Transport(Protocol):
     def status(self, deadline_s: float) -> Status: ...
 
     def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, deadline_s: float) -> Reply:
-        """Send a block (or none), acknowledge captured samples below `captured`, fetch what follows."""
+        """Send a block (or none), acknowledge captured samples below `captured`, fetch the next ones."""
         ...
 
     def close(self) -> None:
-        """Let go of the wire; safe to call twice."""
+        """Close the connection; safe to call twice."""
         ...

@@ -1,4 +1,4 @@
-"""What is streamed for one test: the excitation, or the rest of it, with a ramp before and a ramp after it."""
+"""The set-points that are streamed for one test: excitation, or its rest, between two ramps."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class Waveform:
 
 
 def with_ramps(excitation: Excitation, ramp_s: float, *, start: int = 0, settle_s: float = 0.0) -> Waveform:
-    """Fade an excitation in from rest at zero and out again, outside what is still to be played of it.
+    """Excitation from sample `start`, with a fade-in from rest at zero before it and a fade-out after it.
 
-    Before sample `start` stands what comes before it, times (1 − cos πs)/2, s from 0 to 1 over `ramp_s`: the
+    Before sample `start` the preceding samples are played, times (1 − cos πs)/2, s from 0 to 1 over `ramp_s`: the
     excitation itself, and before its beginning the periodic extension where there is a period, else the point
-    reflection 2·x[0] − x[−n]. Position and velocity have no step. A periodic excitation is played at its full size
-    for `settle_s` more before it counts.
+    reflection 2·x[0] − x[−n]. Position and velocity have no step. A periodic excitation is played at full
+    amplitude for another `settle_s` before recording.
     """
     x, period = excitation.displacement_m, excitation.period_samples
     current = np.zeros_like(x) if excitation.current_a is None else excitation.current_a

@@ -1,1 +1,1 @@
-"""A rig made of numbers: a process of its own that knows the truth and tells it only through its sensors."""
+"""The simulated rig: a process of its own, whose true parameters show only in what its sensors measure."""

@@ -26,7 +26,7 @@ class Actuator(NamedTuple):
     piston_kg: float = 60.0
     seal_ns_m: float = 300.0
     gain_1_s: float = 50.0
-    lead_s: float = 0.0016  # of the speed feed-forward: makes up for a part of the valve's lag
+    lead_s: float = 0.0016  # of the speed feed-forward: compensates a part of the valve's lag
     compensation: float = 0.9  # of the valve's loss of flow under load
 
 
@@ -34,8 +34,8 @@ class Actuator(NamedTuple):
 def step(p: Actuator, s: NDArray[np.float64], command_m: float, feed_m_s: float, load_n: float, h: float) -> None:
     """Advance by h under the damper's force; the state then holds position, speed and acceleration.
 
-    Valve: second order to the demanded speed, opening limited to ±1. Flow: falls with the root of the pressure
-    that the load leaves. Oil: a spring and a dashpot between flow and piston. Semi-implicit Euler.
+    Valve: second order to the demanded speed, opening limited to ±1. Flow: proportional to the root of the pressure
+    that is left by the load. Oil: a spring and a dashpot between flow and piston. Semi-implicit Euler.
     """
     s[LOAD] += (load_n - s[LOAD]) * (1.0 - math.exp(-h / 0.002))
     demand = (feed_m_s + p.gain_1_s * (command_m - s[X])) / p.speed_m_s
@@ -55,6 +55,6 @@ def step(p: Actuator, s: NDArray[np.float64], command_m: float, feed_m_s: float,
 
 @njit(cache=True)
 def _flow(p: Actuator, opening: float, load_n: float) -> float:
-    """Share of the no-load flow that a load leaves: sqrt(1 − load/stall), load against the motion positive."""
+    """Flow over no-load flow under a load: sqrt(1 − load/stall), load against the motion positive."""
     against = load_n if opening >= 0.0 else -load_n
     return math.sqrt(min(max(1.0 - against / p.stall_n, 0.04), 1.96))

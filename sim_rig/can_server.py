@@ -27,15 +27,15 @@ from sim_rig.rig import SimulatedRig
 TICK_S = 0.004
 STATUS_S = 0.01
 HEALTH_S = 0.1
-WINDOW, FD_WINDOW = 512, 2048  # captured samples that may be under way unacknowledged
-AGAIN_S = 0.5  # without an acknowledgement: sent again from there, then after twice the time, and so on
+WINDOW, FD_WINDOW = 512, 2048  # most captured samples sent and not acknowledged
+AGAIN_S = 0.5  # without an acknowledgement samples are sent again, then after twice the time, and so on
 
 
 Frame: TypeAlias = tuple[int, bytes]
 
 
 class CanDevice:
-    """Between frames and the rig; pure but for the clock: `take` a frame, `give` what is due."""
+    """Translates frames to calls of the rig: `take` accepts one frame, `give` returns the frames that are due."""
 
     def __init__(self, rig: SimulatedRig, now: Callable[[], float], *, fd: bool) -> None:
         self._rig, self._now, self._fd = rig, now, fd
@@ -52,7 +52,7 @@ class CanDevice:
         self._wires = [FaultyWire(rig.faults, now, self._damage, seed=k) for k in range(2)] if rig.faults else []
 
     def take(self, number: int, data: bytes) -> None:
-        """Take in one frame of the host; what it asks for is in the next `give`."""
+        """Accept one frame of the host; the answer is in the next `give`."""
         if self._wires:
             self._wires[0].put((number, data))
         else:
@@ -124,7 +124,7 @@ class CanDevice:
 
     def _direct(self, data: bytes) -> None:
         displacement_m, current_a, sequence = frames.unpack_direct(data)
-        with suppress(RequestRefused):  # the register that the host reads says so
+        with suppress(RequestRefused):  # the host reads the refusal in a register
             self._registers.direct(displacement_m, current_a, self._beats, sequence)
 
     def _stream_fd(self, data: bytes) -> None:
@@ -166,7 +166,7 @@ class CanDevice:
         except (RequestRefused, LimitError, OverflowError):
             kind, value = sdo.ABORT, sdo.NOT_IN_THIS_STATE
         if request.address == table.CAPTURED_ADDRESS:
-            self._send_status(self._now(), at_once=True)  # the host takes the answer as the end of both
+            self._send_status(self._now(), at_once=True)  # before the answer, after which the host expects no status
         self._out.append((frames.SDO_ANSWER, sdo.Sdo(kind=kind, address=request.address, value=value).pack()))
 
     def _upload(self, request: sdo.Sdo) -> int:
@@ -198,7 +198,7 @@ class CanDevice:
         if not block.address <= request.address < block.address + block.count:
             raise KeyError(request.address)
         self._staged[request.address] = request.value
-        if request.address + 2 >= block.address + block.count:  # the last pair takes them all over
+        if request.address + 2 >= block.address + block.count:  # the last pair applies the whole configuration
             pairs = [self._staged.get(block.address + k) for k in range(0, block.count, 2)]
             if None in pairs:
                 raise RequestRefused("a part of the configuration is missing")
@@ -231,7 +231,7 @@ class CanDevice:
             self._starts, self._nmt = self._rig.starts, frames.PRE_OPERATIONAL
             self._parts, self._staged, self._run_id = {}, {}, -1
             self._out.append((frames.RIG_HEARTBEAT, bytes([frames.BOOT_UP])))
-        if now - self._beat_at >= frames.HEARTBEAT_S and not self._rig.faults.has(FaultKind.HEARTBEAT):
+        if now - self._beat_at >= frames.HEARTBEAT_S and not self._rig.faults.has_begun(FaultKind.HEARTBEAT):
             self._beat_at = now
             self._out.append((frames.RIG_HEARTBEAT, bytes([self._nmt])))
         controller = self._rig.controller

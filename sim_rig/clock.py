@@ -1,4 +1,4 @@
-"""How fast the rig's samples go by: in real time, or as fast as the host feeds them."""
+"""The speed of the rig's sample clock: real time, or up to a multiple of it."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 from sim_rig.errors import SpeedError
 
-BURST_S = 0.25  # of wall time: what a clock that waited may catch up
+BURST_S = 0.25  # of wall time that a clock which waited may catch up
 
 
 class Pace:
     """Samples that are due at `speed` times real time.
 
-    At speed 1 the clock is a true one: it never waits, and a FIFO that runs dry is an underflow. At any
+    At speed 1 the clock is in real time: it never waits, and an empty FIFO is an underflow. At any
     other speed it is an upper bound: the clock waits for the host, and between runs it advances only with the
     host's polls, so that what is captured depends on the seed alone and not on the computer's load.
     """
@@ -25,7 +25,7 @@ class Pace:
 
     @property
     def waits(self) -> bool:
-        """The clock waits for the host instead of running dry."""
+        """Whether the clock waits for the host instead of emptying its FIFO."""
         return self._speed != 1.0
 
     def restart(self, rate_hz: float) -> None:
@@ -37,13 +37,13 @@ class Pace:
         rate = self._rate_hz * self._speed
         due = int((self._now() - self._origin) * rate) - self._taken
         burst = max(int(BURST_S * rate), 1)
-        if self.waits and due > burst:  # it waited: what went by is not made up for
+        if self.waits and due > burst:  # it waited: the lost time is not made up
             self._taken += due - burst
             due = burst
         return max(due, 0)
 
     def at_most(self, samples: int, seconds: float) -> int:
-        """Give so many samples, fewer where the clock is slower than that in so many seconds."""
+        """Return `samples`, or fewer where the clock does not play so many in `seconds`; at least 1."""
         return max(min(samples, round(seconds * self._rate_hz * self._speed)), 1)
 
     def take(self, samples: int) -> None:

@@ -1,4 +1,4 @@
-"""The rig's controller: state machine, FIFO, interlocks and hold, on the sample clock alone."""
+"""The rig's controller: state machine, FIFO, interlocks and hold, counted in samples."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sim_rig.states import after_command, after_fault, after_reset
 from sim_rig.trajectory import stop, travel
 
 CHUNK = 512
-HISTORY = 8  # faults that are remembered
+HISTORY = 8  # faults that the error history holds
 UNPOWERED = (RigState.INIT, RigState.DISABLED, RigState.FAULT_DISABLED)
 
 
@@ -32,7 +32,7 @@ class Plant(Protocol):
         ...
 
     def play(self, setpoints: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Play set-points (n, 2) and return what the sensors say, (n, 5)."""
+        """Play set-points, (n, 2), and return the sensor readings, (n, 5)."""
         ...
 
     def snapshot(self) -> object: ...
@@ -41,9 +41,9 @@ class Plant(Protocol):
 
 
 class Controller:
-    """Everything of the rig that counts samples; no sockets, no wall clock.
+    """The rig without sockets and wall clock: everything that counts in samples.
 
-    Whatever goes wrong, the command decelerates within the limits to a hold set-point, never with a step.
+    After any fault the command decelerates within the limits to a hold set-point, without a step.
     """
 
     def __init__(
@@ -55,10 +55,10 @@ class Controller:
         self.configuration = Configuration(limits=limits)
         self.fifo, self.store = SetpointFifo(capacity=fifo_samples), CaptureStore()
         self.sample_index = self.underruns = self.overruns = 0
-        self.detector = 0  # which one acted first, of rigctl.device.DETECTORS
+        self.detector = 0  # that acted first, index in rigctl.device.DETECTORS
         self.history: deque[Fault] = deque(maxlen=HISTORY)  # the newest first
         self._control = Control.DISABLE
-        self._setpoint, self._previous_m = np.array([at_m, 0.0]), at_m  # what is commanded now, and a sample before
+        self._setpoint, self._previous_m = np.array([at_m, 0.0]), at_m  # the command now and one sample before
         self._path: NDArray[np.float64] = np.empty(0)
         self._detectors = Detectors(limits, self.configuration.sample_rate_hz)
         self.measured: NDArray[np.float64] = plant.play(np.tile(self._setpoint, (4, 1)))[-1]
@@ -69,7 +69,7 @@ class Controller:
 
     @property
     def at_rest(self) -> bool:
-        """No trajectory of the rig's own is under way."""
+        """Whether no trajectory of the rig's own is being played."""
         return self._path.size == 0
 
     @property
@@ -83,9 +83,9 @@ class Controller:
         return (level < marks.low_water_samples) | (level > marks.high_water_samples) << 1
 
     def configure(self, configuration: Configuration) -> None:
-        """Take a configuration; RequestRefused unless disabled and inside what the machine can do."""
+        """Apply a configuration; RequestRefused unless the rig is disabled and the machine can do it."""
         if self.state not in (RigState.INIT, RigState.DISABLED):
-            raise RequestRefused(f"the configuration is closed in {self.state.name}")
+            raise RequestRefused(f"the configuration cannot be changed in {self.state.name}")
         if not _inside(configuration.limits, self._machine):
             raise RequestRefused("limits may only be tighter than the machine's")
         if configuration.high_water_samples > self.fifo.capacity:
@@ -95,7 +95,7 @@ class Controller:
         self._detectors = Detectors(configuration.limits, configuration.sample_rate_hz)
 
     def command(self, control: Control, run_id: int) -> None:
-        """Obey a control word; a new run id opens a new run wherever nothing is being played."""
+        """Obey a control word; a new run id starts a new run unless one is being played."""
         if Control.RESET in control and Control.RESET not in self._control:
             self._reset()
         self._control = control
@@ -118,13 +118,13 @@ class Controller:
         self.state = after_command(before, control, self.at_rest)
         if self.state is RigState.ACTIVE and before is RigState.HOLD:
             if self.fifo.ended and not self.fifo.level:
-                self.state = RigState.HOLD  # a repeated start of a run that is over
+                self.state = RigState.HOLD  # a repeated start of a run that has ended
             elif self.fifo.consumed == 0:
                 self._plant.begin_run()
         if self.state is RigState.HOLD and before is RigState.ACTIVE:
             self._stop()
         if self.state in UNPOWERED and before not in UNPOWERED:
-            self._setpoint = np.array([self._setpoint[0], 0.0])  # no current in a coil that nobody watches
+            self._setpoint = np.array([self._setpoint[0], 0.0])  # no current without supervision
 
     @property
     def _prefill(self) -> int:
@@ -143,9 +143,9 @@ class Controller:
         self._setpoint = np.array([self._setpoint[0], current_a])
 
     def accept(self, block: SetpointBlock) -> bool:
-        """Take a block of set-points; False where it must be sent again.
+        """Accept a block of set-points; False where it must be sent again.
 
-        A set-point outside the limits stops the rig now, while what came before it still leaves room to.
+        A set-point outside the limits stops the rig at once, before the motion reaches it.
         """
         known = self.fifo.consumed + self.fifo.level
         last = self.fifo.last_m
@@ -165,7 +165,7 @@ class Controller:
         return self.store.fetch(most)
 
     def fail(self, fault: Fault) -> None:
-        """Raise a fault: decelerate to hold, or take the pressure away."""
+        """Raise a fault: decelerate to hold, or switch the pressure off."""
         if fault in self.faults:
             return
         self.first_fault = self.first_fault or fault
@@ -182,8 +182,8 @@ class Controller:
         elif was_moving:
             self._stop()
 
-    def stand(self, fault: Fault, present: bool) -> None:
-        """Set or clear the cause of a fault that stays until someone removes it (emergency stop, pump)."""
+    def set_cause(self, fault: Fault, present: bool) -> None:
+        """Set or clear a cause that persists until it is removed (emergency stop, pump)."""
         self.standing = self.standing | fault if present else self.standing & ~fault
         if present:
             self.fail(fault)
@@ -193,7 +193,7 @@ class Controller:
         self._path = stop(float(self._setpoint[0]), velocity, self.configuration.limits, self.rate_hz)
 
     def advance(self, samples: int) -> int:
-        """Let the clock go on by so many samples; fewer where it waits for the host. Returns how many."""
+        """Advance the clock by up to so many samples, fewer where it waits for the host; return how many."""
         left = samples
         while left > 0:
             done = self._play_stream(left) if self.state is RigState.ACTIVE else self._play_own(left)
@@ -246,7 +246,7 @@ class Controller:
         return done
 
     def _play(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Play set-points until a detector acts; return what was measured up to then."""
+        """Play set-points until a detector acts; return the number measured up to then."""
         before = self._plant.snapshot()
         values = self._plant.play(rows)
         trip = self._detectors.watch(values, rows[:, 0]) if self.state is not RigState.FAULT_DISABLED else None

@@ -1,6 +1,6 @@
-"""The damper itself, compiled: its state, and one fine step of it.
+"""The damper, compiled: its state, and one fine step of it.
 
-Nothing here is the catalogue's equation: each effect has a form of its own, as real parts do. An effect whose
+No equation of the catalogue is used here: each effect has its own, as real parts have. An effect whose
 size is zero is absent. The core is solved implicitly for its velocity, so that stiff parts need no finer step.
 """
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sim_rig.parameters import ARCTAN, BILINEAR, VALVE, Damper
 
-# Places in the state vector.
+# Indices in the state vector.
 Z, W, U, BODY, TRAVEL, SIGN, DAHL, LOOP, LEAK, CAVITY, MAXWELL, EXTENSION, PLAY_1, PLAY_2, PLAY_3 = range(15)
 STUCK, PEAK, CURRENT_AT, FORCE_AT, TIME, FORCE, SLOPE = range(15, 22)
 RINGS: Final = 32
@@ -37,7 +37,7 @@ def _soft(x: float, width: float) -> float:
 
 @njit(cache=True)
 def designed(p: Damper, z: float, w: float, u: float, peak: float) -> float:
-    """Force of the parts that the specimen has by design, N; valve and orifice parts only."""
+    """Force of the valves and orifices that the specimen has by design, N."""
     force = 0.0
     if p.base == VALVE:
         q = min(max((u - p.u_soft) / (p.u_firm - p.u_soft), 0.0), 1.0)
@@ -56,7 +56,7 @@ def designed(p: Damper, z: float, w: float, u: float, peak: float) -> float:
         turn = math.tanh(z / (0.0002 * p.scale_m))
         slope, shift = p.hysteresis_slope, p.hysteresis_shift + p.hysteresis_shift_control * u
         level = p.hysteresis + p.hysteresis_control * u
-        if p.hysteresis_power != 0.0:  # the faster it lately went, the gentler it turns over
+        if p.hysteresis_power != 0.0:  # the slope of the loop falls with the recent peak speed
             fast = max(peak, 0.05 * p.hysteresis_at)
             slope *= (fast / p.hysteresis_at) ** p.hysteresis_power
             level *= max(1.0 + p.hysteresis_rise * fast - p.hysteresis_fall * fast * fast, 0.2)
@@ -66,7 +66,7 @@ def designed(p: Damper, z: float, w: float, u: float, peak: float) -> float:
 
 @njit(cache=True)
 def friction(p: Damper, w: float) -> float:
-    """Dry friction: regularised, and weakening a little with speed, N."""
+    """Dry friction: regularised, and falling a little with speed, N."""
     near = 0.004 * p.scale_m_s
     side = math.tanh(w / near)
     fast = abs(w) / p.scale_m_s
@@ -79,7 +79,7 @@ def friction(p: Damper, w: float) -> float:
 
 @njit(cache=True)
 def orifices(p: Damper, w: float, u: float) -> float:
-    """Hidden parts that depend on velocity alone, N."""
+    """Force of the hidden effects that depend on velocity only, N."""
     s = abs(w)
     force = (p.viscous + p.viscous_control * u) * w * (1.0 + 0.03 * s / (s + p.scale_m_s))
     if p.arctan_force != 0.0:
@@ -107,7 +107,7 @@ def orifices(p: Damper, w: float, u: float) -> float:
 
 @njit(cache=True)
 def loops(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], z: float, w: float, h: float) -> float:
-    """Hidden parts with a memory of motion, N; their next states go to `n`."""
+    """Force of the hidden effects with a state, N; their next states are written to `n`."""
     force = 0.0
     if p.tanh_force != 0.0:
         turn = math.tanh(z / (0.02 * p.scale_m))
@@ -135,7 +135,7 @@ def loops(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], z: float, w
 
 @njit(cache=True)
 def springs(p: Damper, z: float, body_degc: float) -> float:
-    """Parts outside the dissipative sum, N."""
+    """Force outside the dissipative sum, N."""
     x = z / p.scale_m
     force = p.preload + p.stiffness * z + p.linear * z * (1.0 - 0.03 * x * x / (1.0 + x * x))
     if p.cubic != 0.0:
@@ -153,7 +153,7 @@ def springs(p: Damper, z: float, body_degc: float) -> float:
 def modifier(
     p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], z: float, w: float, u: float, h: float
 ) -> float:
-    """Factor on the dissipative sum: position, temperature, what happened since the last reversal."""
+    """Factor on the dissipative sum: position, temperature, travel since the last reversal."""
     factor = 1.0
     if p.position != 0.0:
         x = z / p.scale_m
@@ -181,7 +181,9 @@ def modifier(
 @njit(cache=True)
 def core(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], z: float, w: float, u: float, h: float) -> float:
     """Force of the damper's core at displacement z and velocity w, N."""
-    peak = s[PEAK] * (1.0 - h / p.peak_time)  # of the steps before: what is searched for must not bend the curve
+    peak = s[PEAK] * (
+        1.0 - h / p.peak_time
+    )  # of earlier steps: it must not depend on the velocity that is searched for
     if p.amplitude != 0.0 or p.hysteresis_power != 0.0:
         n[PEAK] = max(abs(w), peak)
     dissipative = designed(p, z, w, u, peak) + friction(p, w) + orifices(p, w, u) + loops(p, s, n, z, w, h)
@@ -209,7 +211,7 @@ def mount(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], e: float, r
 def _gap(
     p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], x: float, v: float, w: float, u: float, h: float
 ) -> float:
-    z = s[Z] + h * (0.45 * s[W] + 0.55 * w)  # close to the trapezium, and no ringing
+    z = s[Z] + h * (0.45 * s[W] + 0.55 * w)  # near the trapezoidal rule, without ringing
     n[FORCE] = core(p, s, n, z, w, u, h)
     n[Z], n[W] = z, w
     surplus: float = n[FORCE] - mount(p, s, n, x - z, v - w, h)
@@ -218,9 +220,9 @@ def _gap(
 
 @njit(cache=True)
 def solve(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], x: float, v: float, u: float, h: float) -> None:
-    """Find the core velocity at which core and mount carry the same force: secants, then a bracket where one is found.
+    """Find the core velocity at which core and mount carry the same force: secant steps, then a bracket.
 
-    The surplus of the core's force over the mount's grows with the velocity. The first slope is that of the last step.
+    The difference of core force and mount force rises with the velocity. The first slope is that of the last step.
     """
     least = 1e-8 * p.scale_m_s
     a = s[W]
@@ -229,7 +231,7 @@ def solve(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], x: float, v
     for _ in range(100):
         if abs(ga) <= TOLERANCE:
             return
-        if abs(step) < least:  # a slope that is far too steep must not stop the search
+        if abs(step) < least:  # a slope that is far too steep must not end the search
             step = -math.copysign(least, ga)
         b = a + step
         gb = _gap(p, s, n, x, v, b, u, h)
@@ -258,7 +260,7 @@ def _narrow(
     b: float,
     gb: float,
 ) -> None:
-    """Close a bracket: regula falsi in the Illinois form, until the forces agree or the bracket is a jump."""
+    """Close a bracket: regula falsi in the Illinois form, until the forces agree or the bracket encloses a jump."""
     for _ in range(100):
         if abs(gb) <= TOLERANCE or abs(b - a) <= 1e-12 * p.scale_m_s:
             return
@@ -288,7 +290,7 @@ def control(p: Damper, s: NDArray[np.float64], current: float, h: float) -> floa
         s[PLAY_2] = min(max(s[PLAY_2], u - 0.5 * p.hysteresis_width), u + 0.5 * p.hysteresis_width)
         s[PLAY_3] = min(max(s[PLAY_3], u - 0.57 * p.hysteresis_width), u + 0.57 * p.hysteresis_width)
         u = (s[PLAY_1] + s[PLAY_2] + s[PLAY_3]) / 3.0
-    if p.backlash != 0.0:  # a spool that sticks, then jumps to where it should be
+    if p.backlash != 0.0:  # a spool that sticks, then jumps
         if abs(u - s[STUCK]) > p.backlash:
             s[STUCK] = u
         u = s[STUCK]
@@ -297,7 +299,7 @@ def control(p: Damper, s: NDArray[np.float64], current: float, h: float) -> floa
 
 @njit(cache=True)
 def _delayed(s: NDArray[np.float64], ring: int, place: int, value: float, delay: float, h: float) -> float:
-    """Read a ring of past values `delay` seconds back, linear between steps."""
+    """Value `delay` seconds ago from a ring buffer, linear between steps."""
     at = int(s[place])
     s[ring + at] = value
     back = delay / h
@@ -313,7 +315,7 @@ def _delayed(s: NDArray[np.float64], ring: int, place: int, value: float, delay:
 def step(
     p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], x: float, v: float, a: float, current: float, h: float
 ) -> float:
-    """Advance the specimen by h to rig displacement x, velocity v, acceleration a; return the load cell's force, N."""
+    """Advance by h to rig displacement x, velocity v, acceleration a; return the force at the load cell, N."""
     u = control(p, s, current, h)
     n[:] = s[:RINGS]
     if p.mount == 0.0 and p.play == 0.0:

@@ -17,7 +17,7 @@ from sim_rig.sensors import RANGE
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Detector:
-    """One interlock: what must last for how long, and the fault that it raises; the fault decides on the action."""
+    """One interlock: how long a violation must last, and the fault that it raises; the fault decides on the action."""
 
     name: str
     fault: Fault
@@ -29,7 +29,9 @@ DETECTORS: Final = (
     Detector(name="force sensor stuck", fault=Fault.SENSOR, delay_s=0.05),
     Detector(name="displacement sensor stuck", fault=Fault.SENSOR, delay_s=0.05),
     Detector(name="current sensor stuck", fault=Fault.SENSOR, delay_s=0.1),
-    Detector(name="temperature sensor stuck", fault=Fault.SENSOR, delay_s=2.0),  # a step of it is three of its noise
+    Detector(
+        name="temperature sensor stuck", fault=Fault.SENSOR, delay_s=2.0
+    ),  # its resolution is three times its noise
     Detector(name="position", fault=Fault.POSITION_LIMIT, delay_s=0.0),
     Detector(name="velocity", fault=Fault.VELOCITY_LIMIT, delay_s=0.005),
     Detector(name="force", fault=Fault.FORCE_LIMIT, delay_s=0.003),
@@ -37,7 +39,7 @@ DETECTORS: Final = (
     Detector(name="temperature", fault=Fault.TEMPERATURE, delay_s=0.5),
     Detector(name="supply pressure", fault=Fault.PRESSURE, delay_s=0.01),
 )
-OVERTRAVEL_M = 0.003  # measured beyond the limit of the set-points
+OVERTRAVEL_M = 0.003  # measured position beyond the limit of the set-points
 PRESSURE_MIN_PA = 5e6
 FULL_SCALE = 0.999 * RANGE[:4]
 
@@ -47,12 +49,12 @@ class Trip:
     """The first sample at which a detector acts."""
 
     fault: Fault
-    detector: int  # of rigctl.device.DETECTORS
+    detector: int  # index in rigctl.device.DETECTORS
     sample: int
 
 
 def check_setpoints(rows: NDArray[np.float64], previous_m: float, limits: Limits, rate_hz: float) -> tuple[int, Fault]:
-    """Count the leading set-points that may be played, and name the fault of the next one."""
+    """Count the leading set-points that may be played, and return the fault of the next one."""
     x, current = rows[:, 0], rows[:, 1]
     step = np.abs(np.diff(x, prepend=previous_m))
     bad = {
@@ -69,7 +71,7 @@ def check_setpoints(rows: NDArray[np.float64], previous_m: float, limits: Limits
 
 
 class Detectors:
-    """Watches measured samples; a violation must last for its detector's delay."""
+    """Checks measured samples; a violation must last for its detector's delay."""
 
     def __init__(self, limits: Limits, rate_hz: float) -> None:
         self._limits, self._rate_hz = limits, rate_hz
@@ -77,7 +79,7 @@ class Detectors:
         self._last: NDArray[np.float64] | None = None
 
     def watch(self, values: NDArray[np.float64], setpoint_m: NDArray[np.float64]) -> Trip | None:
-        """Look at samples (n, 5) with their set-points (n,); the state advances only if nothing trips."""
+        """First trip in samples, (n, 5), with set-points, (n,); the state advances only without a trip."""
         trip, lasting = None, []
         violations = self._violations(values, setpoint_m)
         for detector, violated, before in zip(DETECTORS, violations, self._lasting, strict=True):
@@ -91,7 +93,7 @@ class Detectors:
         return trip
 
     def _violations(self, values: NDArray[np.float64], setpoint_m: NDArray[np.float64]) -> list[NDArray[np.bool_]]:
-        """Say, detector by detector, at which samples it is violated; a sensor out of range says nothing else."""
+        """For each detector, the samples at which it is violated; a sensor out of range is not checked further."""
         limits = self._limits
         before = np.concatenate([values[:1] + 1.0 if self._last is None else self._last[None], values[:-1]])
         stuck = values[:, :4] == before[:, :4]

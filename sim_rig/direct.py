@@ -1,4 +1,4 @@
-"""A transport without a wire: the simulated rig in this process, for tests and for counting calls."""
+"""A transport without a wire: the simulated rig in this process, for tests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sim_rig.rig import SimulatedRig
 
 
 class DirectTransport:
-    """Calls a simulated rig; each call costs the time that a transaction would, on the clock that it is given."""
+    """Calls a simulated rig; each call takes the time of a transaction on the given clock."""
 
     url = "direct://sim_rig"
     block_samples = modbus_map.BLOCK_SAMPLES

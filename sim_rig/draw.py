@@ -1,4 +1,4 @@
-"""What is hidden in a specimen: drawn by a seed, told to nobody unless asked."""
+"""Draws what is hidden in a specimen, by a seed; written to a file only on request."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ START_DEGC: Final = (20.0, 30.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hidden:
-    """One effect in a specimen, with the parameters of its own form."""
+    """One effect in a specimen, with the parameters of its equation."""
 
     effect: str
     path: str
-    listed: bool  # in the catalogue of model elements
-    size: float  # 1: what a good campaign sees clearly
+    listed: bool  # an element of the catalogue
+    size: float  # 1: clearly visible in a good campaign
     parameters: dict[str, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Truth:
-    """A specimen as it really is."""
+    """The true parameters of a specimen."""
 
     specimen: str
     seed: int
@@ -45,7 +45,7 @@ class Truth:
 
 
 def draw(specimen: str, hide: Sequence[str], seed: int) -> Truth:
-    """Hide effects in a specimen; ``random`` stands for one that a campaign can see there.
+    """Hide effects in a specimen; ``random`` means one that a campaign can show there.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def draw(specimen: str, hide: Sequence[str], seed: int) -> Truth:
 
 
 def _visible(specimen: Specimen, taken: Sequence[str]) -> list[str]:
-    """List the catalogue's effects that a campaign can see on this specimen."""
+    """Effects of the catalogue that a campaign can show on this specimen."""
     sizes, scale = SIZES[specimen.name], scale_of(specimen)
     return [
         name for name in LISTED if name in sizes and name not in taken and not refusal(specimen.damper, name, scale)
@@ -83,7 +83,7 @@ def _visible(specimen: Specimen, taken: Sequence[str]) -> list[str]:
 
 
 def scale_of(specimen: Specimen) -> Scale:
-    """Give the typical sizes that effects are scaled with."""
+    """Typical force, stroke, speed and current of a specimen."""
     low, high = specimen.current_a or (0.0, 0.0)
     return Scale(
         force_n=specimen.force_rms_n,
@@ -94,7 +94,7 @@ def scale_of(specimen: Specimen) -> Scale:
 
 
 def write_truth(truth: Truth, path: Path) -> None:
-    """Write what is hidden as JSON; for tests and for a demonstration that shows its cards at the end."""
+    """Write what is hidden as JSON; for tests and for the demonstration."""
     content = {
         "specimen": truth.specimen,
         "seed": truth.seed,

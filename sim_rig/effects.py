@@ -1,6 +1,6 @@
-"""What can be hidden in a specimen: every element of the catalogue, and five effects that are in no catalogue.
+"""What can be hidden in a specimen: every element of the catalogue, and five effects outside it.
 
-A size of 1 is what a good campaign should see; `random` draws sizes around it. The parameters scale with the
+Size 1 should be visible in a good campaign; `random` draws sizes around it. The parameters scale with the
 specimen's typical force, stroke and speed.
 """
 
@@ -111,7 +111,7 @@ EFFECTS: Final[Mapping[str, Effect]] = {
     "moving_mass": _sensor(lambda k, s: {"mass": 0.07 * s * k.force_n / (12.0 * k.speed_m_s)}),
     "force_drift": _sensor(lambda k, s: {"drift": 0.012 * s * k.force_n}),
     "mains_hum": _sensor(lambda k, s: {"hum": 0.09 * s * k.force_n}),
-    # Not in the catalogue.
+    # Outside the catalogue.
     "relaxation_branch": _core(
         lambda k, s: {"leak_stiffness": 0.8 * s * k.force_n / k.stroke_m, "leak_time": 0.03}, listed=False
     ),
@@ -135,12 +135,12 @@ EFFECTS: Final[Mapping[str, Effect]] = {
 LISTED: Final = tuple(name for name, effect in EFFECTS.items() if effect.listed)
 UNLISTED: Final = tuple(name for name, effect in EFFECTS.items() if not effect.listed)
 
-# Where a specimen has an effect by design, it cannot be hidden in it once more.
+# Where a specimen has an effect by design, it cannot be hidden in it as well.
 _BY_DESIGN: Final = {"series_compliance": "mount", "control_lag": "lag", "reversal_force_lag": "distortion"}
 
 
 def refusal(damper: Damper, name: str, scale: Scale) -> str:
-    """Say why an effect cannot be hidden here; empty where it can."""
+    """Return why an effect cannot be hidden here; empty where it can."""
     if name not in EFFECTS:
         return f"effect {name!r} does not exist: choose random or one of {', '.join(EFFECTS)}"
     if EFFECTS[name].needs_current and not scale.current_a:

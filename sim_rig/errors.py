@@ -3,8 +3,8 @@
 SimRigError
 ├── SpecimenError    a specimen or an effect that does not exist
 ├── FaultError       a fault that cannot be ordered
-├── SkewError        a skew that no channel can have
-├── SpeedError       a speed at which no clock runs
+├── SkewError        a skew of an unknown channel, or of an impossible delay
+├── SpeedError       a speed that is not positive
 └── RequestRefused   a request that the rig's state does not allow; the wire answers with its own refusal
 """
 
@@ -16,19 +16,19 @@ class SimRigError(Exception):
 
 
 class SpecimenError(SimRigError, ValueError):
-    """A specimen or an effect that does not exist, or a size that cannot be."""
+    """A specimen or an effect that does not exist, or an impossible size."""
 
 
 class FaultError(SimRigError, ValueError):
-    """A fault that cannot be ordered: it does not exist, or its value cannot be."""
+    """A fault that cannot be ordered: it does not exist, or its value is impossible."""
 
 
 class SkewError(SimRigError, ValueError):
-    """A skew of a channel that does not exist, or of a delay that cannot be."""
+    """A skew of an unknown channel, or of an impossible delay."""
 
 
 class SpeedError(SimRigError, ValueError):
-    """A speed at which no clock runs."""
+    """A speed that is not positive."""
 
 
 class RequestRefused(SimRigError):

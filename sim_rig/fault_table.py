@@ -1,4 +1,4 @@
-"""What happens when something goes wrong: one table, which the tests play row by row and the documentation shows."""
+"""Faults and how each ends: one table, which the tests play row by row and the documentation shows."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ COMPLETE, ABORTED, TRUNCATED = "complete", "aborted", "truncated"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaultRow:
-    """One fault and its documented end."""
+    """One fault and how the run ends."""
 
     name: str
-    order: str  # as `--fault` takes it; empty where the host is what fails
+    order: str  # argument of `--fault`; empty where the host fails
     happens: str
-    state: RigState  # of the rig when all is over
-    within_s: float  # from the fault until nothing moves; 0: the run goes on, nothing has to stop
+    state: RigState  # of the rig at the end
+    within_s: float  # from the fault until the rig is at rest; 0: the run continues
     file: str  # status of the run file
-    reads: str  # in the error that the operator reads; empty where there is none
+    reads: str  # part of the error message to the operator; empty: no error
 
 
 def _stops(name: str, order: str, happens: str, fault: Fault, within_s: float, which: str = "") -> FaultRow:
-    """Describe a fault that the rig finds itself: it stops, and the host reads why."""
+    """Row of a fault that the rig detects: it stops, and the host reads why."""
     return FaultRow(
         name=name,
         order=order,
@@ -63,7 +63,7 @@ FAULT_TABLE: Final = (
     _goes_on(
         "delayed frames",
         "delayed:0.02",
-        "2 % of all frames (classic CAN: 0.2 %), and what is behind them, are 30 ms late",
+        "2 % of all frames (classic CAN: 0.2 %), and all frames after them, are 30 ms late",
     ),
     _goes_on("doubled frames", "doubled:0.05", "5 % of all frames arrive twice; the repetition changes nothing"),
     _goes_on("reordered frames", "reordered:0.02", "2 % of all frames are overtaken (classic CAN: 0.2 %)"),
@@ -73,12 +73,12 @@ FAULT_TABLE: Final = (
         "a bit is flipped in 1 % of all frames (classic CAN: 0.1 %); checksums find it",
     ),
     _goes_on(
-        "stalled server, short", "stalled@0.5:0.3", "the rig answers nothing for 0.3 s and plays on from its FIFO"
+        "stalled server, short", "stalled@0.5:0.3", "the rig does not answer for 0.3 s and continues from its FIFO"
     ),
     FaultRow(
         name="stalled server, or a cut wire",
         order="stalled@0.5:60",
-        happens="the rig answers nothing any more; its watchdog decelerates it to hold",
+        happens="the rig does not answer any more; its watchdog decelerates it to hold",
         state=RigState.FAULT_HOLD,
         within_s=1.4,
         file=TRUNCATED,
@@ -87,11 +87,11 @@ FAULT_TABLE: Final = (
     FaultRow(
         name="dead heartbeat of the rig",
         order="heartbeat@0.5",
-        happens="the wire answers, but the controller's heartbeat stands still; the host stops the rig",
+        happens="the wire answers, but the controller's heartbeat has stopped; the host stops the rig",
         state=RigState.DISABLED,
         within_s=1.0,
         file=TRUNCATED,
-        reads="the rig's heartbeat stands still",
+        reads="the rig's heartbeat has stopped",
     ),
     FaultRow(
         name="dead heartbeat of the host",
@@ -114,7 +114,7 @@ FAULT_TABLE: Final = (
     FaultRow(
         name="brown-out of the rig",
         order="brown_out@0.5:0.6",
-        happens="the rig loses its power for 0.6 s and starts anew, disabled, with no memory of the run",
+        happens="the rig loses its power for 0.6 s and restarts disabled, without the state of the run",
         state=RigState.DISABLED,
         within_s=0.05,
         file=TRUNCATED,
@@ -123,7 +123,7 @@ FAULT_TABLE: Final = (
     _stops(
         "emergency stop",
         "emergency_stop@0.5",
-        "the pressure is taken away at once; a reset has no effect while the button is pressed",
+        "the pressure is switched off at once; a reset has no effect while the button is pressed",
         Fault.EMERGENCY_STOP,
         0.05,
     ),
@@ -149,7 +149,7 @@ FAULT_TABLE: Final = (
 
 
 def as_markdown(rows: tuple[FaultRow, ...] = FAULT_TABLE) -> str:
-    """Lay the table out for the documentation."""
+    """The table for the documentation."""
     lines = ["| fault | `--fault` | what happens | nothing moves after | rig ends in | run file | the operator reads |"]
     lines.append("|---|---|---|---|---|---|---|")
     for row in rows:
@@ -162,7 +162,7 @@ def as_markdown(rows: tuple[FaultRow, ...] = FAULT_TABLE) -> str:
 
 
 def detectors_as_markdown() -> str:
-    """Lay out the rig's interlocks for the documentation: what, for how long, and what then."""
+    """The rig's interlocks for the documentation: detector, delay, action."""
     lines = ["| detector | delay | action | the operator reads |", "|---|---|---|---|"]
     for one in DETECTORS:
         action = "pressure off" if one.fault & HYDRAULIC else "decelerate to hold"

@@ -1,4 +1,4 @@
-"""What can go wrong, on command: ``NAME[@SECONDS][:VALUE]``, for example ``emergency_stop@3`` or ``lost:0.01``."""
+"""Faults on command: ``NAME[@SECONDS][:VALUE]``, for example ``emergency_stop@3`` or ``lost:0.01``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sim_rig.errors import FaultError
 
 
 class FaultKind(StrEnum):
-    """Everything that can be made to go wrong."""
+    """The faults that can be ordered."""
 
     LOST = "lost"
     DELAYED = "delayed"
@@ -42,7 +42,7 @@ RATE: Final = 0.01  # of the frames
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaultOrder:
-    """One fault: what, when, and how much.
+    """One fault: kind, time and size.
 
     ``at_s`` counts on the rig's clock from the first sample of the first run; None: from power-on.
     """
@@ -101,7 +101,7 @@ def _number(text: str, what: str, value: str, low: float, high: float) -> float:
 
 
 class Faults:
-    """The orders of one rig and its clock: which of them hold now."""
+    """The faults ordered for one rig, and which of them are active now."""
 
     def __init__(self, orders: Iterable[FaultOrder] = (), *, now: Callable[[], float] = lambda: 0.0) -> None:
         self.orders, self._now = tuple(orders), now
@@ -113,24 +113,24 @@ class Faults:
         return bool(self.orders)
 
     def due(self, order: FaultOrder) -> bool:
-        """Its time has come."""
+        """Whether the fault has begun."""
         return order.at_s is None or (self.elapsed_s is not None and self.elapsed_s >= order.at_s - 1e-9)
 
-    def left_s(self, order: FaultOrder) -> float:
-        """Seconds of real time for which it goes on; 0 before it begins and after it has ended."""
+    def remaining_s(self, order: FaultOrder) -> float:
+        """Seconds of real time until the fault ends; 0 before it begins and after it has ended."""
         if not self.due(order):
             return 0.0
         began = self._began.setdefault(order, self._now())
         return max(began + order.seconds - self._now(), 0.0)
 
-    def has(self, kind: FaultKind) -> bool:
-        """One of this kind has begun."""
+    def has_begun(self, kind: FaultKind) -> bool:
+        """Whether a fault of this kind has begun."""
         return any(order.kind is kind and self.due(order) for order in self.orders)
 
-    def of(self, *kinds: FaultKind) -> tuple[FaultOrder, ...]:
+    def select(self, *kinds: FaultKind) -> tuple[FaultOrder, ...]:
         return tuple(order for order in self.orders if order.kind in kinds)
 
     @property
-    def offline(self) -> bool:
-        """The rig is without power."""
-        return any(self.left_s(order) > 0 for order in self.of(FaultKind.BROWN_OUT))
+    def is_off(self) -> bool:
+        """Whether the rig is without power."""
+        return any(self.remaining_s(order) > 0 for order in self.select(FaultKind.BROWN_OUT))

@@ -1,4 +1,4 @@
-"""Any transport, over a wire that does not behave: calls are the frames."""
+"""Any transport with the faults of a wire: each call is one frame."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Call: TypeAlias = Callable[[], Any]  # Any: what the call of the transport under
 class FaultyTransport:
     """Loses, delays, doubles, reorders and damages the requests and answers of another transport.
 
-    A request that comes too late for its caller is still carried out, as it is on a real wire. A damaged block is
+    A request that arrives too late for its caller is still executed, as on a real wire. A damaged block is
     refused by the rig; other damaged requests never arrive; a damaged answer is an error.
     """
 
@@ -76,7 +76,7 @@ class FaultyTransport:
             for number, request in self._requests.take():
                 self._answers.put((number, _outcome(request)))
             for number, answer in self._answers.take():
-                if number == self._number:  # another one is an answer that nobody waits for any more
+                if number == self._number:  # other numbers are answers to earlier requests
                     found: T = answer()
                     return found
             if self._clock.now() >= ends:
@@ -85,7 +85,7 @@ class FaultyTransport:
 
 
 def _outcome(request: Call) -> Call:
-    """Carry a request out now; what comes of it is told when the answer arrives."""
+    """Execute a request now; its result is returned when the answer arrives."""
     try:
         return partial(_given, request())
     except TransportError as error:

@@ -1,4 +1,4 @@
-"""A plant whose machine and sensors fail on command, at an exact sample."""
+"""A plant with ordered faults of machine and sensors, at an exact sample."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class _Snapshot:
 
 
 class FaultyPlant:
-    """Plays set-points on a plant, in pieces that end where a fault begins."""
+    """Plays set-points on a plant, in pieces between the times at which faults begin."""
 
     def __init__(self, plant: SimulatedPlant, faults: Faults) -> None:
         self._plant, self._faults = plant, faults
-        self._orders = faults.of(*MACHINE)
+        self._orders = faults.select(*MACHINE)
         self._rate_hz = 1000.0
         self._last: NDArray[np.float64] = np.zeros(RANGE.size)
         self._heated = False

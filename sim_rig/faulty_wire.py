@@ -1,4 +1,4 @@
-"""One direction of a wire that does not behave: frames in, frames out, fewer, later, twice or damaged."""
+"""One direction of a wire with faults: frames are lost, delayed, doubled, reordered or damaged."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ import numpy as np
 from sim_rig.faults import FRAMES, FaultKind, FaultOrder, Faults
 
 T = TypeVar("T")
-LATE_S: Final = 0.03  # of a delayed frame: everything behind it waits as well
-OVERTAKEN_S: Final = 0.01  # of a reordered frame: what is behind it goes first
+LATE_S: Final = 0.03  # of a delayed frame and of all frames after it
+OVERTAKEN_S: Final = 0.01  # of a reordered frame: later frames overtake it
 
 
 class FaultyWire(Generic[T]):
-    """Carries frames as the faults of a rig say.
+    """Carries frames with the faults of a rig.
 
-    `damage` spoils a frame; None stands for a frame that its carrier's own checksum discards (CAN's CRC, TCP's
-    sum): what arrives damaged is what only our own checksums can find.
+    `damage` returns a damaged frame, or None where the checksum of the bus (CAN's CRC, TCP's sum) would discard
+    it: what arrives damaged can be found only by the checksums of the protocol.
     """
 
     def __init__(
@@ -38,15 +38,15 @@ class FaultyWire(Generic[T]):
         self._not_before = float("-inf")
 
     def put(self, frame: T) -> None:
-        """Send a frame on its way."""
-        for order in self._faults.of(*FRAMES):
+        """Send a frame."""
+        for order in self._faults.select(*FRAMES):
             if self._faults.due(order) and self._random.random() < order.share:
                 self._spoil(order, frame)
                 return
         self._carry(frame)
 
     def take(self) -> list[T]:
-        """Give the frames that have arrived, in the order in which they do."""
+        """Return the frames that have arrived, in order of arrival."""
         arrived = []
         while self._under_way and self._under_way[0][0] <= self._now() and not self._silent:
             arrived.append(heapq.heappop(self._under_way)[2])
@@ -54,14 +54,14 @@ class FaultyWire(Generic[T]):
 
     @property
     def due_s(self) -> float | None:
-        """Seconds until the next frame arrives; None where none is under way."""
+        """Seconds until the next frame arrives; None where none is in transit."""
         if not self._under_way:
             return None
         return max(self._under_way[0][0] - self._now(), self._stalled_s, 0.0)
 
     @property
     def _stalled_s(self) -> float:
-        return max((self._faults.left_s(order) for order in self._faults.of(FaultKind.STALLED)), default=0.0)
+        return max((self._faults.remaining_s(order) for order in self._faults.select(FaultKind.STALLED)), default=0.0)
 
     @property
     def _silent(self) -> bool:
@@ -84,7 +84,7 @@ class FaultyWire(Generic[T]):
                     self._carry(damaged)
 
     def _carry(self, frame: T, late_s: float = 0.0) -> None:
-        if not self._faults.offline:
+        if not self._faults.is_off:
             due = max(self._now() + late_s, self._not_before)
             heapq.heappush(self._under_way, (due, next(self._number), frame))
 

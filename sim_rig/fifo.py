@@ -1,4 +1,4 @@
-"""Set-points on their way in, and captured samples on their way out."""
+"""The FIFO of set-points, and the store of captured samples."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rigctl.transport import NO_SEQUENCE, SEQUENCES, CaptureBlock, SetpointBlock
 
-FIFO_SAMPLES = 16384  # 3.3 s at 5 kHz: what an ordinary computer may be late
+FIFO_SAMPLES = 16384  # 3.3 s at 5 kHz, longer than an ordinary computer is late
 CAPTURE_SAMPLES = 32768
 
 
@@ -26,7 +26,7 @@ class SetpointFifo:
     duplicates: int = 0
     gaps: int = 0
     last_m: float | None = None  # the last accepted set-point
-    _first: int = 0  # of what is not played yet
+    _first: int = 0  # index of the first set-point that is not played yet
     _last: int = 0
     _rows: NDArray[np.float64] = field(init=False)
 
@@ -42,7 +42,7 @@ class SetpointFifo:
         return self.capacity - self.level
 
     def accept(self, block: SetpointBlock) -> bool:
-        """Take a block; False where it is refused and has to be sent again."""
+        """Accept a block; False where it is refused and has to be sent again."""
         ahead = (block.sequence - self.last_accepted - 1) % SEQUENCES
         if block.run_id != self.run_id:
             return False
@@ -60,7 +60,7 @@ class SetpointFifo:
         return True
 
     def _append(self, rows: NDArray[np.float64]) -> None:
-        if self._last + rows.shape[0] > self._rows.shape[0]:  # at the end of the memory: back to its beginning
+        if self._last + rows.shape[0] > self._rows.shape[0]:  # end of the array: move the rows to its beginning
             level = self.level
             self._rows[:level] = self._rows[self._first : self._last]
             self._first, self._last = 0, level
@@ -68,15 +68,15 @@ class SetpointFifo:
         self._last += rows.shape[0]
 
     def peek(self, count: int) -> NDArray[np.float64]:
-        """Look at the next set-points, (n, 2): displacement m, current A."""
+        """The next set-points, (n, 2): displacement m, current A."""
         return self._rows[self._first : min(self._first + count, self._last)].copy()
 
     def newest(self, count: int) -> NDArray[np.float64]:
-        """Look at the last set-points that were accepted, (count, 2)."""
+        """The last accepted set-points, (count, 2)."""
         return self._rows[self._last - count : self._last].copy()
 
     def drop(self, count: int) -> None:
-        """Forget set-points that were played."""
+        """Remove set-points that were played."""
         self._first += count
         self.consumed += count
 
@@ -102,7 +102,7 @@ class CaptureStore:
             self.backlog += values.shape[0]
 
     def acknowledge(self, run_id: int, captured: int) -> None:
-        """Forget what the host has; a number that it cannot have yet is ignored."""
+        """Remove samples that the host has acknowledged; a number beyond the captured ones is ignored."""
         count = captured - self.first_index
         if run_id != self.run_id or not 0 < count <= self.backlog:
             return
@@ -114,11 +114,11 @@ class CaptureStore:
             count -= min(count, head.shape[0])
 
     def fetch(self, most: int) -> CaptureBlock:
-        """Give the oldest samples that are not acknowledged."""
-        parts, room = [np.empty((0, 5))], most
+        """Return the oldest samples that are not acknowledged."""
+        parts, remaining = [np.empty((0, 5))], most
         for block in self._blocks:
-            parts.append(block[:room])
-            room -= parts[-1].shape[0]
-            if not room:
+            parts.append(block[:remaining])
+            remaining -= parts[-1].shape[0]
+            if not remaining:
                 break
         return CaptureBlock(run_id=self.run_id, first_index=self.first_index, values=np.concatenate(parts))

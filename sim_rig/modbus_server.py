@@ -1,4 +1,4 @@
-"""The simulated rig on Modbus TCP: registers in, registers out, one clock."""
+"""The simulated rig on Modbus TCP."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BLOCK_EXCHANGE = 0x17  # FC23
 
 
 class _Access:
-    """What pymodbus calls for every read and write."""
+    """Called by pymodbus for every read and write."""
 
     def __init__(self, rig: SimulatedRig, soon: Callable[[Callable[[], None]], object]) -> None:
         self._rig, self._registers, self._soon = rig, RegisterDevice(rig), soon
@@ -44,7 +44,7 @@ class _Access:
             if values:
                 self._registers.write(address, list(values))
                 if address == table.WRITE_HEADER.address:
-                    self._soon(self._rig.tick)  # play on while the answer is under way
+                    self._soon(self._rig.tick)  # advance the rig while the answer is sent
             else:
                 for block, words in self._registers.read(address, count):
                     registers[block.address - start : block.address - start + len(words)] = words
@@ -54,7 +54,7 @@ class _Access:
 
 
 def registers() -> list[SimData]:
-    """Lay out the registers of the map; whatever lies between them is refused as an illegal address."""
+    """The registers of the map; any other address is refused as illegal."""
     ranges = [(block.address, block.count, True) for block in table.INPUT_BLOCKS] + [
         (block.address, block.count, False) for block in (table.CONTROL, table.CONFIGURATION)
     ]
@@ -67,12 +67,12 @@ def registers() -> list[SimData]:
 
 
 def device(rig: SimulatedRig, soon: Callable[[Callable[[], None]], object]) -> SimDevice:
-    """Put a rig behind the registers of the map; `soon` calls back once an answer is under way."""
+    """Put a rig behind the registers of the map; `soon` calls back once an answer is sent."""
     return SimDevice(id=table.UNIT, simdata=registers(), action=_Access(rig, soon).access)
 
 
 def damage(frame: bytes, random: np.random.Generator) -> bytes | None:
-    """Flip a bit in a window of FC23; nothing else has a checksum of ours, so TCP's discards it."""
+    """Flip a bit in a window of FC23; other frames have no checksum but TCP's, which discards them: None."""
     if len(frame) < 8 or frame[7] != BLOCK_EXCHANGE:
         return None
     window = 17 if int.from_bytes(frame[8:10]) == table.READ_HEADER.address else 9
@@ -80,14 +80,14 @@ def damage(frame: bytes, random: np.random.Generator) -> bytes | None:
 
 
 class _Connection(ServerRequestHandler):
-    """Answers in the loop that received the request: pymodbus would wake itself through a socket first."""
+    """Answers in the same pass of the event loop, which pymodbus would postpone by a wake-up through a socket."""
 
     def handle_later(self) -> None:
         self._answering = asyncio.get_running_loop().create_task(self.handle_request())  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
 
 
 class _FaultyConnection(_Connection):
-    """A connection over a wire that does not behave."""
+    """A connection over a wire with faults."""
 
     def __init__(self, server: _Server, rig: SimulatedRig, seed: int) -> None:
         super().__init__(server, server.trace_packet, server.trace_pdu, server.trace_connect)  # type: ignore[no-untyped-call]
@@ -135,7 +135,7 @@ class _Server(ModbusTcpServer):
 async def serve_modbus(
     rig: SimulatedRig, host: str, port: int, stop: asyncio.Event, on_ready: Callable[[str], None]
 ) -> None:
-    """Serve a rig until `stop` is set; port 0 takes a free one, `on_ready` gets the real URL.
+    """Serve a rig until `stop` is set; port 0 chooses a free one, `on_ready` gets the real URL.
 
     Raises
     ------
@@ -149,7 +149,9 @@ async def serve_modbus(
     except (RuntimeError, OSError) as error:
         raise SimRigError(f"modbus://{host}:{port}: cannot listen there ({error})") from error
     try:
-        real = cast(asyncio.Server, server.transport).sockets[0].getsockname()[1]  # pymodbus declares less
+        real = (
+            cast(asyncio.Server, server.transport).sockets[0].getsockname()[1]
+        )  # pymodbus declares a more general type
         on_ready(f"modbus://{host}:{real}")
         while not stop.is_set():
             rig.tick()

@@ -1,4 +1,4 @@
-"""What a damper is made of: the parameters of a specimen, and of everything that can be hidden in it."""
+"""The parameters of a specimen, and of everything that can be hidden in it."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ class Damper(NamedTuple):
     hysteresis_slope: float = 1.0
     hysteresis_shift: float = 0.0
     hysteresis_shift_control: float = 0.0
-    hysteresis_power: float = 0.0  # of the lately highest speed over hysteresis_at, by which the slope goes
+    hysteresis_power: float = 0.0  # exponent of recent peak speed over hysteresis_at in the slope of the loop
     hysteresis_at: float = 1.0
     hysteresis_rise: float = 0.0  # share by which the force grows with that speed, s/m
     hysteresis_fall: float = 0.0  # and falls with its square, s²/m²
-    peak_time: float = 0.4  # for which the highest speed is remembered
+    peak_time: float = 0.4  # time constant of the recent peak speed, s
     preload: float = 0.0
     stiffness: float = 0.0
     mount: float = 0.0  # 0: rigid
     mount_c: float = 0.0
-    mount_branch: float = 0.0  # a further spring, in series with mount_branch_c, beside the mount
+    mount_branch: float = 0.0  # a further spring, in series with mount_branch_c, parallel to the mount
     mount_branch_c: float = 1.0
     lag: float = 0.0
-    distortion: float = 0.0  # travel after a reversal before the force is back
+    distortion: float = 0.0  # travel after a reversal until the force is back, m
     distortion_control: float = 0.0
     # What can be hidden in it, by the names of the catalogue.
     viscous: float = 0.0
@@ -89,7 +89,7 @@ class Damper(NamedTuple):
     drift: float = 0.0
     hum: float = 0.0
     hum_frequency: float = 50.0
-    # What can be hidden in it and is in no catalogue.
+    # What can be hidden in it and is not in the catalogue.
     leak_stiffness: float = 0.0
     leak_time: float = 1.0
     patch: float = 0.0
@@ -105,5 +105,5 @@ class Damper(NamedTuple):
     heat_capacity: float = 4000.0
     cooling: float = 15.0
     ambient: float = 22.0
-    scale_m: float = 0.02  # typical stroke, speed: where own forms differ from a straight line
+    scale_m: float = 0.02  # typical stroke, speed: scale of the departures from linear
     scale_m_s: float = 0.5

@@ -19,12 +19,12 @@ from sim_rig.skew import Skew
 
 INNER_HZ: Final = 16e3
 SUPPLY_PA: Final = 21e6
-JAMMED_M_S: Final = 1e-3  # what a jammed valve still lets through
-# Places in the small state of this kernel.
+JAMMED_M_S: Final = 1e-3  # piston speed that leaks through a jammed valve
+# Indices in the state of this kernel.
 COMMAND, SPEED, CELL, RISING_X, RISING_F, CURRENT = range(6)
 
 
-@njit(cache=False)  # cached, numba would not see a change of the kernels it calls in other files
+@njit(cache=False)  # not cached: numba does not notice changes of kernels in other files
 def play(
     machine: Actuator,
     specimen: Damper,
@@ -36,11 +36,11 @@ def play(
     fine: int,
     out: NDArray[np.float64],
 ) -> None:
-    """Play set-points (n, 2); write force, displacement, current, temperature, pressure as true at each instant.
+    """Play set-points (n, 2); write force, displacement, current, temperature, pressure as true values at each instant.
 
-    The controller takes a straight line from set-point to set-point. Force and displacement pass one and the same
+    The controller interpolates linearly between set-points. Force and displacement pass one and the same
     anti-alias filter, a raised cosine of ±1 sample whose delay is compensated; current is held, so its
-    synchronous reading is its mean from this instant to the next. Skew between channels comes after, if any.
+    synchronous reading is its mean from this instant to the next. Skew between channels is added later.
     """
     h = 1.0 / (rate_hz * fine)
     scratch = np.zeros(damper.RINGS)
@@ -84,12 +84,12 @@ class _Snapshot:
     axis: NDArray[np.float64]
     body: NDArray[np.float64]
     own: NDArray[np.float64]
-    past: NDArray[np.float64] | None  # what the skewed channels have still to show
+    past: NDArray[np.float64] | None  # samples that the skewed channels have not shown yet
     random: Mapping[str, Any]  # numpy's own form of a generator's state
 
 
 class SimulatedPlant:
-    """One specimen in the rig. The noise of a run depends on the seed and the run's number, on nothing else."""
+    """One specimen in the rig. The noise of a run depends only on the seed and the run's number."""
 
     def __init__(
         self,
@@ -105,7 +105,7 @@ class SimulatedPlant:
         self._specimen, self._noise, self._seed = specimen, noise, seed
         self._machine = machine or Actuator()
         self._runs = 0
-        self.jammed = False  # the valve does not open any more
+        self.jammed = False  # whether the valve is stuck
         self.set_rate(1000.0)
         body = np.zeros(damper.STATE)
         body[damper.BODY], body[damper.SIGN], body[damper.TRAVEL] = start_degc, 1.0, 1.0
@@ -117,7 +117,7 @@ class SimulatedPlant:
         self._rate_hz, self._fine = rate_hz, math.ceil(INNER_HZ / rate_hz)
 
     def heat(self, degc: float) -> None:
-        """Bring the damper to a temperature at once."""
+        """Set the temperature of the damper."""
         self._state.body[damper.BODY] = degc
 
     def begin_run(self) -> None:

@@ -1,4 +1,4 @@
-"""The simulated rig as registers: the same behind Modbus and behind CAN's service data objects."""
+"""The simulated rig as registers, for Modbus and for the service data objects of CAN."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sim_rig.rig import SimulatedRig
 
 
 class RegisterDevice:
-    """Between registers and the rig: what a write means, and what a read shows; every wire has the same ones."""
+    """Translates reads and writes of registers to calls of the rig, the same for every wire."""
 
     def __init__(self, rig: SimulatedRig) -> None:
         self._rig = rig
@@ -19,7 +19,7 @@ class RegisterDevice:
         self._refused = False
 
     def write(self, address: int, words: list[int]) -> None:
-        """Obey a write; RequestRefused, LimitError or OverflowError where it cannot be."""
+        """Execute a write; RequestRefused, LimitError or OverflowError where that is not possible."""
         if address == table.CONTROL.address and len(words) == table.CONTROL.count:
             self._command(words)
         elif address == table.CONFIGURATION.address and len(words) == table.CONFIGURATION.count:
@@ -29,7 +29,7 @@ class RegisterDevice:
         elif address == table.HEARTBEAT_ADDRESS and len(words) == 1:
             self._rig.poll(words[0])
         else:
-            raise RequestRefused(f"a write of {len(words)} words at 0x{address:04X} means nothing")
+            raise RequestRefused(f"a write of {len(words)} words at 0x{address:04X} is no command of this rig")
 
     def _command(self, words: list[int]) -> None:
         values = {name: float(value) for name, value in table.CONTROL.decode(words).items()}
@@ -42,12 +42,12 @@ class RegisterDevice:
             self.command(Control(control), int(values["run_id"]), heartbeat, command)
 
     def command(self, control: Control, run_id: int, heartbeat: int, command: int) -> None:
-        """Obey a control word and acknowledge its number."""
+        """Execute a control word and acknowledge its number."""
         self._rig.command(control, run_id, heartbeat)
         self._acknowledged = command
 
     def direct(self, displacement_m: float, current_a: float, heartbeat: int, command: int) -> None:
-        """Travel and acknowledge the number, or say that it was refused."""
+        """Travel and acknowledge the number, or report the refusal."""
         try:
             self._rig.direct(displacement_m, current_a, heartbeat)
         except RequestRefused:
@@ -67,7 +67,7 @@ class RegisterDevice:
         self._refused = reply.refused
 
     def read(self, address: int, count: int) -> list[tuple[table.Block, list[int]]]:
-        """Give every block of registers that a read touches, as it is now."""
+        """Return every block of registers that a read touches, as it is now."""
         end = address + count
         return [
             (block, encode())

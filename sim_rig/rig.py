@@ -1,4 +1,4 @@
-"""The rig as its wire sees it: requests in, answers out, and the watch on the host's heartbeat."""
+"""The simulated rig: requests, answers, and supervision of the host's heartbeat."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from sim_rig.controller import Controller, Plant
 from sim_rig.faults import FaultKind, Faults
 from sim_rig.fifo import CAPTURE_SAMPLES, FIFO_SAMPLES
 
-POLL_SAMPLES = 100  # what a poll lets a waiting clock advance between runs
-POLL_S = 0.01  # hosts poll at most so often
+POLL_SAMPLES = 100  # samples by which a poll advances a waiting clock between runs
+POLL_S = 0.01  # shortest interval between polls of a host
 MACHINE = Limits()
 PATIENCE_S = 5.0
 POWERED = (RigState.HOLD, RigState.ACTIVE)
 
 
 class SimulatedRig:
-    """A controller with a clock and a watchdog; every wire and every test talks to it through these calls."""
+    """A controller with a clock and a watchdog; the interface for every wire and test."""
 
     def __init__(
         self,
@@ -35,7 +35,7 @@ class SimulatedRig:
         self._now, self._pace = now, Pace(speed, now)
         self._plant, self.faults = plant, faults or Faults()
         self.controller = Controller(plant, MACHINE, waits=self._pace.waits, fifo_samples=fifo_samples)
-        self.starts = 1  # how often it was switched on
+        self.starts = 1  # number of times it was switched on
         self._serial = serial
         self._beat_value, self._beat_at = -1, now()
         self._polled = -1
@@ -59,7 +59,7 @@ class SimulatedRig:
         )
 
     def configure(self, configuration: Configuration) -> None:
-        """Take a configuration; RequestRefused where the state or the machine does not allow it."""
+        """Apply a configuration; RequestRefused where the state or the machine does not allow it."""
         self.controller.configure(configuration)
         self._pace.restart(configuration.sample_rate_hz)
 
@@ -68,16 +68,16 @@ class SimulatedRig:
         before = self.controller.state
         self.controller.command(control, run_id)
         if before not in POWERED:
-            self._beat_at = self._now()  # supervision begins with the power
+            self._beat_at = self._now()  # supervision begins with power on
 
     def direct(self, displacement_m: float, current_a: float, heartbeat: int) -> None:
         self.beat(heartbeat)
         self.controller.direct(displacement_m, current_a)
 
     def poll(self, heartbeat: int) -> None:
-        """Take a sign of life; between runs a waiting clock advances by a fixed number of samples with it.
+        """Accept a heartbeat; between runs a waiting clock advances by a fixed number of samples.
 
-        However late or early it comes: what is measured must not depend on that. One that is repeated counts once.
+        The number does not depend on when the poll arrives, so neither do the measurements; a repeated one counts once.
         """
         repeated, self._polled = heartbeat == self._polled, heartbeat
         self.beat(heartbeat)
@@ -87,17 +87,17 @@ class SimulatedRig:
             self._pace.take(self.controller.advance(self._pace.at_most(POLL_SAMPLES, POLL_S)))
 
     def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, heartbeat: int, most: int) -> Reply:
-        """Take a block, forget what the host has, go on, and give the next captured samples."""
+        """Accept a block, drop acknowledged samples, advance, and return the next captured samples."""
         controller = self.controller
         self.beat(heartbeat)
         refused = block is not None and not controller.accept(block)
         controller.acknowledge(run_id, captured)
         if controller.store.backlog < most and (controller.state is RigState.ACTIVE or not self._pace.waits):
-            self._go_on()
+            self._advance()
         return self.reply(refused, most)
 
     def reply(self, refused: bool, most: int) -> Reply:
-        """Give state and captured samples; asked again it answers the same."""
+        """Return state and captured samples; a repeated call returns the same."""
         controller = self.controller
         return Reply(
             state=controller.state,
@@ -138,37 +138,37 @@ class SimulatedRig:
         )
 
     def tick(self) -> None:
-        """Do what the clock and the watchdog ask for; a server calls this every few milliseconds."""
+        """Advance with the clock and check the watchdog; a server calls this every few milliseconds."""
         if self.faults:
-            self._suffer()
-        if not self.faults.has(FaultKind.HEARTBEAT):
+            self._apply_faults()
+        if not self.faults.has_begun(FaultKind.HEARTBEAT):
             self.heartbeat = (self.heartbeat + 1) % 0x10000
         controller = self.controller
         silent = self._now() - self._beat_at
-        # A clock that waits for the host moves nothing meanwhile: it may be patient with a busy computer.
+        # A rig whose clock waits for the host does not move meanwhile, so its watchdog may be slower.
         patience = max(controller.configuration.heartbeat_s, PATIENCE_S if self._pace.waits else 0.0)
         if controller.state in POWERED and silent > patience:
             controller.fail(Fault.HEARTBEAT)
         if not self._pace.waits or controller.state.moving:
-            self._go_on()
+            self._advance()
 
-    def _suffer(self) -> None:
-        """Let happen what was ordered and no sample shows: the emergency stop, the loss of power."""
-        stops = self.faults.of(FaultKind.EMERGENCY_STOP)
+    def _apply_faults(self) -> None:
+        """Apply ordered faults that do not belong to a sample: emergency stop, loss of power."""
+        stops = self.faults.select(FaultKind.EMERGENCY_STOP)
         if stops:
-            pressed = any(self.faults.left_s(order) > 0 for order in stops)
+            pressed = any(self.faults.remaining_s(order) > 0 for order in stops)
             if pressed != bool(self.controller.standing & Fault.EMERGENCY_STOP):
-                self.controller.stand(Fault.EMERGENCY_STOP, pressed)
-        if self.faults.offline and not self._dark:
+                self.controller.set_cause(Fault.EMERGENCY_STOP, pressed)
+        if self.faults.is_off and not self._dark:
             self._dark = True
             self._lose_power()
-        elif self._dark and not self.faults.offline:
+        elif self._dark and not self.faults.is_off:
             self._dark = False
             self._pace.restart(self.controller.rate_hz)
             self.starts += 1
 
     def _lose_power(self) -> None:
-        """Be as after a start: disabled where the piston stands, with no memory of any run."""
+        """Reset to the state after a start: disabled where the piston is, without a run."""
         self.controller = Controller(
             self._plant,
             MACHINE,
@@ -178,15 +178,15 @@ class SimulatedRig:
         )
         self._beat_value, self._beat_at = -1, self._now()
 
-    def _go_on(self) -> None:
+    def _advance(self) -> None:
         if self._dark:
             return
         due = self._pace.due()
         if self._pace.waits and self.controller.state is RigState.ACTIVE:
-            due = min(due, self.controller.fifo.level)  # never beyond the stream into the hold after it
+            due = min(due, self.controller.fifo.level)  # not beyond the end of the stream
         self._pace.take(self.controller.advance(due))
 
     def beat(self, heartbeat: int) -> None:
-        """Take a sign of the host's life: a counter that goes on."""
+        """Note the host's heartbeat, a counter that increases."""
         if heartbeat != self._beat_value:
             self._beat_value, self._beat_at = heartbeat, self._now()

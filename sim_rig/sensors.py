@@ -1,4 +1,4 @@
-"""What the sensors say: noise, resolution and range; the anti-alias filter is part of the plant's kernel."""
+"""The sensors: noise, resolution and range; the anti-alias filter is part of the plant's kernel."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rigctl import scaling
 
 RANGE = np.array([50e3, 0.125, 3.0, 200.0, 35e6])  # ± full scale: N, m, A, degC, Pa
 RESOLUTION = np.array(scaling.CAPTURE)  # of the converters; the wire's counts are the same
-LIVE_ZERO = -1.05  # of full scale: what a converter reads where the cable is broken
+LIVE_ZERO = -1.05  # of full scale: reading with a broken cable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,7 +30,7 @@ class Noise:
 
 
 def read(truth: NDArray[np.float64], noise: Noise, random: np.random.Generator) -> NDArray[np.float64]:
-    """Give what is measured for true values (n, 5): white noise added, in steps of the resolution, clipped to range."""
+    """Measured for true values, (n, 5): white noise added, rounded to the resolution, clipped to the range."""
     measured = truth + random.standard_normal(truth.shape) * noise.row
     quantised: NDArray[np.float64] = np.clip(np.round(measured / RESOLUTION) * RESOLUTION, -RANGE, RANGE)
     return quantised

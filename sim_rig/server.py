@@ -1,4 +1,4 @@
-"""The simulated rig as a process: one specimen, one wire, until told to stop."""
+"""The simulated rig as a process: one specimen on one wire, until a signal stops it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 
 from rigctl.address import CanAddress, can_address, host_and_port, open_bus
 from rigctl.errors import UrlError
-from rigctl.priority import ahead
+from rigctl.priority import real_time_priority
 from sim_rig.draw import Truth, draw, write_truth
 from sim_rig.errors import SimRigError
 from sim_rig.faults import Faults, fault_order
@@ -35,7 +35,7 @@ def build_rig(
     faults: Sequence[str] = (),
     skew: Sequence[str] = (),
 ) -> tuple[SimulatedRig, Truth]:
-    """Make a rig with a specimen in it, and the truth about it.
+    """Make a rig with a specimen in it, and its true parameters.
 
     Raises SpecimenError, FaultError, SkewError: for a name that does not exist.
     """
@@ -61,21 +61,21 @@ def serve(
 ) -> None:
     """Serve a simulated rig until SIGTERM or SIGINT; `on_ready` gets the address once a connection is accepted.
 
-    `hide` names effects, or ``random``; what was drawn is told to nobody, unless `reveal` names a file for it.
-    `faults` are what goes wrong, as :func:`sim_rig.faults.fault_order` reads them; `skew` which channels are late, as
-    :func:`sim_rig.skew.skew_order` does.
+    `hide` names effects, or ``random``; what was drawn is written only to the file `reveal`, where one is given.
+    `faults` are texts for :func:`sim_rig.faults.fault_order`; `skew` gives the delays of channels from
+    :func:`sim_rig.skew.skew_order`.
 
     Raises
     ------
     SpecimenError, FaultError, SkewError, UrlError, SimRigError
-        For a specimen, an effect, a fault, an address or a speed that cannot be, before anything listens.
+        For a specimen, an effect, a fault, an address or a speed that cannot be used, before anything listens.
     """
     over_can = can_address(url) if url.startswith("can:") else None
     host, port = ("", 0) if over_can is not None else host_and_port(url)
     rig, truth = build_rig(specimen, hide=hide, seed=seed, speed=speed, now=time.monotonic, faults=faults, skew=skew)
     if reveal is not None:
         write_truth(truth, Path(reveal))
-    with ahead() if speed == 1 else nullcontext():  # a true clock; a faster one is an upper bound only
+    with real_time_priority() if speed == 1 else nullcontext():  # real time; at other speeds the clock may be late
         if over_can is not None:
             _serve_can(rig, url, over_can, on_ready)
         else:

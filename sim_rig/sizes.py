@@ -1,8 +1,8 @@
-"""How large an effect is hidden, specimen by specimen.
+"""Sizes of hidden effects for each specimen.
 
 Chosen so that about 6 % of the rms force of a campaign (multisines at three levels, sines, a slow sine and current
 steps) is left when the specimen's own parameters are refitted, to first order, to data that have the effect. An
-effect that is missing here is one that a refit absorbs almost whole on that specimen: it is never drawn at random.
+effect that is missing here is one that a refit absorbs almost completely on that specimen: it is never drawn at random.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-LARGEST: Final = 1.5  # the size of an effect that is asked for by name where it can hardly be seen
-# A relief valve beyond which the force would fall as the speed rises would oscillate: there it stays small.
+LARGEST: Final = 1.5  # size of an effect that is asked for by name where it is hardly visible
+# A relief valve whose force falls as the speed rises would oscillate: there it stays small.
 FAINT: Final[Mapping[str, Mapping[str, float]]] = {
     "semi-active": {"relief_valve": 0.1},
     "passive": {},

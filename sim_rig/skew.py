@@ -1,4 +1,4 @@
-"""Skew between channels: a sensor's chain that is slower than another's, as whole racks of them are."""
+"""Skew between channels: a measuring chain with a delay."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def skew_order(text: str) -> tuple[int, float]:
 
 
 class Skew:
-    """Delays of the channels; remembers as many samples as the longest needs.
+    """Delays of the channels; keeps as many samples as the longest needs.
 
-    A delay between samples is a cubic through the four that have come: exact for slow motion, with no look ahead.
+    A delay between samples is a cubic through the last four samples: exact for slow motion, and causal.
     """
 
     def __init__(self, orders: Sequence[str] = ()) -> None:
@@ -43,7 +43,7 @@ class Skew:
         self.past: NDArray[np.float64] | None = None  # the last samples, once there are some
 
     def late(self, truth: NDArray[np.float64], rate_hz: float) -> NDArray[np.float64]:
-        """The rows (n, 5) as the delayed channels show them at each instant."""
+        """The samples, (n, 5), with the delays of the channels."""
         if not np.any(self._delays) or truth.shape[0] == 0:
             return truth
         reach = int(np.max(self._delays) * rate_hz) + _NODES

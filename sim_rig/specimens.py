@@ -16,9 +16,9 @@ class Specimen:
     name: str
     text: str
     damper: Damper
-    stroke_m: float  # peak of a typical test
+    stroke_m: float  # peak displacement of a typical test
     speed_m_s: float
-    force_rms_n: float  # in a typical test: sizes of hidden effects and noise are shares of it
+    force_rms_n: float  # in a typical test: scale of hidden effects and noise
     current_a: tuple[float, float] | None = None
 
     @property
@@ -144,7 +144,7 @@ MR_DISTORTION = Specimen(
 MR_SEAT = replace(
     MR,
     name="mr-seat",
-    text="magneto-rheological seat damper whose loop depends on current and on how fast it lately went",
+    text="magneto-rheological seat damper whose loop depends on current and recent peak speed",
     damper=MR.damper._replace(
         c=976.7,
         c_control=1496.2,

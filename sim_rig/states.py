@@ -1,4 +1,4 @@
-"""The device's states as CiA 408 draws them: pure transitions."""
+"""Transitions of the device's states, after CiA 408."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ S = RigState
 
 
 def after_command(state: RigState, control: Control, at_rest: bool) -> RigState:
-    """Give the state that a control word leads to now; asked again with `at_rest`, the rest of the way.
+    """Return the state that a control word leads to now; called again with `at_rest`, the next one.
 
-    Nothing skips a state: DISABLED → HOLD → ACTIVE, and power goes only from an axis at rest.
+    Nothing skips a state: DISABLED → HOLD → ACTIVE, and power is switched off only at rest.
     """
     wants_hold = Control.H in control and Control.D in control
     wants_motion = wants_hold and Control.M in control
@@ -31,7 +31,7 @@ def after_command(state: RigState, control: Control, at_rest: bool) -> RigState:
 
 
 def after_fault(state: RigState, hydraulic: bool) -> RigState:
-    """Give the state that a fault leads to: pressure off at once, or a controlled stop."""
+    """Return the state that a fault leads to: pressure off at once, or a controlled stop."""
     if hydraulic or state in (S.INIT, S.DISABLED, S.FAULT_DISABLED):
         return S.FAULT_DISABLED
     if state is S.FAULT_HOLD:
@@ -40,5 +40,5 @@ def after_fault(state: RigState, hydraulic: bool) -> RigState:
 
 
 def after_reset(state: RigState) -> RigState:
-    """Give the state after a reset whose cause is gone; only an inactive device resets."""
+    """Return the state after a reset whose cause is gone; only an inactive device resets."""
     return {S.FAULT_DISABLED: S.DISABLED, S.FAULT_HOLD: S.HOLD}.get(state, state)

@@ -1,4 +1,4 @@
-"""The rig's own movements: a stop that never steps, and travel from rest to rest."""
+"""The rig's own motions: a stop without a step, and travel from rest to rest."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from numpy.typing import NDArray
 
 from rigctl.limits import Limits
 
-MARGIN = 0.9  # of the room that is left to a position limit
+MARGIN = 0.9  # of the distance left to a position limit
 
 
 def stop(position_m: float, velocity_m_s: float, limits: Limits, rate_hz: float) -> NDArray[np.float64]:
-    """Set-points that bring the command to rest: constant deceleration, harder where a limit is near.
+    """Set-points that bring the command to rest: constant deceleration, faster where a limit is near.
 
-    x(t) = x0 + v0·t − v0·|v0|⁻¹·a·t²/2 until t = |v0|/a, with a = max(a_limit, v0²/(2·room)).
+    x(t) = x0 + v0·t − v0·|v0|⁻¹·a·t²/2 until t = |v0|/a, with a = max(a_limit, v0²/(2·distance)).
     """
     if velocity_m_s == 0:
         return np.array([position_m])
     end = limits.position_max_m if velocity_m_s > 0 else limits.position_min_m
-    room = max(abs(end - position_m) * MARGIN, 1e-6)
-    braking = max(limits.acceleration_m_s2, velocity_m_s**2 / (2 * room))
+    distance = max(abs(end - position_m) * MARGIN, 1e-6)
+    braking = max(limits.acceleration_m_s2, velocity_m_s**2 / (2 * distance))
     duration = abs(velocity_m_s) / braking
     time = np.minimum(np.arange(1, math.ceil(duration * rate_hz) + 1) / rate_hz, duration)
     return position_m + velocity_m_s * (time - time**2 / (2 * duration))

@@ -1,18 +1,21 @@
-"""The walls of the house: who imports whom, and what reaches a user's site-packages."""
+"""Who imports whom, what reaches a user's site-packages, and what no test may do."""
 
 from __future__ import annotations
 
+import ast
 import os
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
 from hatchling.builders.wheel import WheelBuilder
 from importlinter.cli import lint_imports
 
 ROOT = Path(__file__).parent.parent
-ROOMS = ("api", "excitation", "identification", "rigctl", "sim_rig")
+PACKAGES = ("api", "excitation", "identification", "rigctl", "sim_rig")
 
 
 def test_every_import_keeps_to_the_rules() -> None:
@@ -24,14 +27,15 @@ def test_every_import_keeps_to_the_rules() -> None:
         os.chdir(before)
 
 
-def test_the_wheel_holds_the_five_rooms_and_nothing_else() -> None:
+def test_the_wheel_holds_the_five_packages_and_nothing_else() -> None:
     files = [file.distribution_path for file in WheelBuilder(str(ROOT)).recurse_included_files()]
-    assert {path.split("/")[0] for path in files} == set(ROOMS)
+    assert {path.split("/")[0] for path in files} == set(PACKAGES)
     assert not [path for path in files if "test_" in path or "/tests/" in path]
     for due in (
-        *(f"{room}/py.typed" for room in ROOMS),
-        "api/migrations/versions/0001_campaigns.py",
-        "api/migrations/script.py.mako",
+        *(f"{package}/py.typed" for package in PACKAGES),
+        "api/store/migrations/versions/0001_campaigns.py",
+        "api/store/migrations/versions/0006_jobs.py",
+        "api/store/migrations/script.py.mako",
         "api/web/live.html",
         "api/web/static/live.js",
         "api/demo/data/mr_utfpr/NOTICE.md",
@@ -54,9 +58,73 @@ def test_help_loads_none_of_the_heavy_libraries() -> None:
     assert said.stdout.strip() == "[]"
 
 
-def test_every_room_says_what_it_exports() -> None:
-    for room in ROOMS:
-        text = (ROOT / room / "__init__.py").read_text()
-        assert text.startswith('"""'), room
-        assert "def " not in text, f"{room}/__init__.py is a map, not a place for code"
-        assert "class " not in text.split('"""')[2], f"{room}/__init__.py is a map, not a place for code"
+def test_every_package_says_what_it_exports() -> None:
+    for package in PACKAGES:
+        text = (ROOT / package / "__init__.py").read_text()
+        assert text.startswith('"""'), package
+        assert "def " not in text, f"{package}/__init__.py only re-exports"
+        assert "class " not in text.split('"""')[2], f"{package}/__init__.py only re-exports"
+
+
+TESTS = sorted((ROOT / "tests").rglob("*.py"))
+# Private names that tests still replace, because the module under test has no argument for it: to be emptied.
+STILL_REPLACED = {("test_naming.py", "_settle")}
+
+
+def modules_imported(tree: ast.Module) -> Iterator[str]:
+    """Full names, and of `from a import b` also `a.b`: b may be a module."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.module or ""
+            yield from (f"{node.module or ''}.{name.name}" for name in node.names)
+
+
+def names_replaced(tree: ast.Module) -> Iterator[str]:
+    """Every name that a test gives to `setattr`, `delattr` or `patch`, in whole or as the end of a dotted path."""
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Call):
+            continue
+        called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+        if called in ("setattr", "delattr", "patch", "object"):
+            texts = [a.value for a in node.args[:2] if isinstance(a, ast.Constant) and isinstance(a.value, str)]
+            yield from (part for text in texts for part in text.split("."))
+
+
+def is_private(name: str) -> bool:
+    return name.startswith("_") and not name.endswith("__")
+
+
+def test_no_test_module_imports_another() -> None:
+    found = [
+        f"{path.relative_to(ROOT)}: {module}"
+        for path in TESTS
+        for module in modules_imported(ast.parse(path.read_text(encoding="utf-8")))
+        if module.split(".")[0] == "tests" and any(part.startswith("test_") for part in module.split("."))
+    ]
+    assert not found, "move what they share into a module whose name does not begin with test_"
+
+
+def test_no_test_replaces_a_private_name() -> None:
+    found = {
+        (path.name, name)
+        for path in TESTS
+        for name in names_replaced(ast.parse(path.read_text(encoding="utf-8")))
+        if is_private(name)
+    }
+    assert found == STILL_REPLACED, "give the function an argument for it instead"
+
+
+@pytest.mark.parametrize(
+    ("line", "private"),
+    [
+        ('monkeypatch.setattr(module, "_limit", 3)', True),
+        ('monkeypatch.setattr("package.module._Class.run", None)', True),
+        ('patch.object(module, "_limit")', True),
+        ('monkeypatch.setattr(module, "LIMIT", 3)', False),
+        ('setattr(module, "__doc__", "")', False),
+    ],
+)
+def test_a_private_name_that_is_replaced_is_found(line: str, private: bool) -> None:
+    assert any(map(is_private, names_replaced(ast.parse(line)))) == private

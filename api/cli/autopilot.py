@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from api.autopilot import Round
+    from api.campaigns.autopilot import Round
     from excitation.plan import Test
     from identification.discrepancy import Explanation
     from rigctl.runfile import Run
@@ -31,7 +31,7 @@ def autopilot(
 
     Example: damper-rig autopilot model.json first.h5 --rig modbus://127.0.0.1:5020 -o found --budget 60
     """
-    from api.autopilot import autopilot as fly
+    from api.campaigns.autopilot import autopilot as fly
     from api.cli.explain import in_words
     from api.cli.terminal import answer, progress_bar
     from identification.discrepancy import explain, report_data, write_report

@@ -18,7 +18,7 @@ def convert(
 
     Example: damper-rig convert run.h5 -o run.mat
     """
-    from api.run_formats import read_any, write_any
+    from api.cli.run_formats import read_any, write_any
 
     write_any(output, read_any(source))
     print(output)

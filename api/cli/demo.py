@@ -12,7 +12,7 @@ import typer
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from api.demo.story import Bar, Story
+    from api.demo.demonstration import Bar, Demonstration
 
 __all__ = ["demo"]
 
@@ -37,18 +37,18 @@ def demo(
     import time
 
     from api.cli.terminal import answer, messages
+    from api.demo.demonstration import Asked, demonstrate
     from api.demo.report import write_index
-    from api.demo.story import Asked, tell
 
     begun = time.monotonic()
     drawn = secrets.randbelow(1_000_000) if seed is None else seed
     console = messages()
     output = output.absolute()  # what it makes is linked by place, whatever folder it is started in
-    story = tell(Asked(output=output, seed=drawn, effect=effect or ""), _Show(console))
+    demonstration = demonstrate(Asked(output=output, seed=drawn, effect=effect or ""), _Show(console))
     report = output / "report.html"
-    write_index(story, report)
+    write_index(demonstration, report)
     console.print(f"[bold]7[/bold]  Done in {time.monotonic() - begun:.0f} s")
-    answer(_text(story, report), _figures(story, report), as_json=as_json)
+    answer(_text(demonstration, report), _figures(demonstration, report), as_json=as_json)
 
 
 class _Show:
@@ -85,26 +85,26 @@ class _Show:
             yield tell
 
 
-def _figures(story: Story, report: Path) -> dict[str, object]:
+def _figures(demonstration: Demonstration, report: Path) -> dict[str, object]:
     return {
-        "seed": story.asked.seed,
-        "hidden": list(story.truth),
-        "named_right": story.named_right,
-        "rig": dict(story.rig.report),
-        "real": dict(story.real.report),
+        "seed": demonstration.asked.seed,
+        "hidden": list(demonstration.truth),
+        "named_right": demonstration.named_right,
+        "rig": dict(demonstration.rig.report),
+        "real": dict(demonstration.real.report),
         "report": str(report),
     }
 
 
-def _text(story: Story, report: Path) -> str:
+def _text(demonstration: Demonstration, report: Path) -> str:
     from api.demo.report import gap_rows, words_of
 
     lines = []
-    for finding in (story.rig, story.real):
+    for finding in (demonstration.rig, demonstration.real):
         ladder = ", ".join(f"{name} {value:.4g} N" for name, value in gap_rows(finding))
         closed = finding.report["gap"]["held_out"].get("closed")
         share = "" if closed is None else f" ({100 * closed:.1f} % of the reducible gap closed)"
         lines += [f"{finding.title}: {words_of(finding)}", f"  held-out gap: {ladder}{share}"]
-    right = "named right" if story.named_right else "not what was named"
-    lines.append(f"Hidden in the rig was: {', '.join(story.truth)} ({right})")
+    right = "named right" if demonstration.named_right else "not what was named"
+    lines.append(f"Hidden in the rig was: {', '.join(demonstration.truth)} ({right})")
     return "\n".join([*lines, f"Report: {report}"])

@@ -58,7 +58,7 @@ def again(
         return
     if source is None or output is None:
         raise InputError("design: give --from FILE and -o FILE, or a command (random-phase, homogenised, harmonic)")
-    from api.force_model import force_model
+    from api.cli.force_model import force_model
     from excitation import read_envelope
     from excitation.design import remake_file, within_envelope
 
@@ -134,9 +134,9 @@ def _design(
     plot: Path | None,
     as_json: bool,
 ) -> None:
+    from api.cli.force_model import force_model
     from api.cli.terminal import progress_bar
     from api.errors import InputError
-    from api.force_model import force_model
     from excitation import read_envelope
     from excitation.design import design_file, envelope_of
 
@@ -186,7 +186,7 @@ def _write(
         write_plan(output, made)
         facts = {"tests": len(made.tests), "duration_s": made.duration_s}
     if plot is not None:
-        from api.force_model import force_model
+        from api.cli.force_model import force_model
         from excitation.plots import write_plots
 
         write_plots(plot, made, limits, None if model is None else force_model(model))

@@ -22,7 +22,7 @@ def serve(
     """Run the service until it is told to stop; prints 'ready URL' when it accepts a connection.
 
     Every option can also be given in the environment: DAMPER_RIG_DATA_DIR, _HOST, _PORT, _DATABASE_URL, and
-    DAMPER_RIG_LEASE_S, _POLL_S, _STOP_S.
+    DAMPER_RIG_LEASE_S, _POLL_S, _STOP_S, _KEEP_RESULTS_DAYS.
 
     Example: damper-rig serve --data lab --port 8420
     """
@@ -33,7 +33,7 @@ def serve(
 
     settings = read_settings(os.environ, data_dir=data, host=host, port=port, database_url=database)
     if with_parent:
-        from api.cli.parent import end_with_parent
+        from api.processes.parent import end_with_parent
 
         end_with_parent()
     raise typer.Exit(serve_until_told(settings, on_ready=lambda url: print(f"ready {url}", flush=True)))

@@ -48,7 +48,7 @@ def sim(
     from sim_rig.server import serve
 
     if with_parent:
-        from api.cli.parent import end_with_parent
+        from api.processes.parent import end_with_parent
 
         end_with_parent()
     serve(

@@ -7,7 +7,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from api.demo.story import Finding, Story
+from api.demo.demonstration import Demonstration, Finding
 from rigctl.durable import replacing
 
 __all__ = ["gap_rows", "words_of", "write_index"]
@@ -55,26 +55,26 @@ def gap_rows(finding: Finding) -> list[tuple[str, float]]:
     return [(text, float(gap[key])) for key, text in STEPS]
 
 
-def write_index(story: Story, path: Path) -> None:
+def write_index(demonstration: Demonstration, path: Path) -> None:
     """Write the page whole or not at all; it opens offline and links the two reports beside it."""
     with replacing(path) as temporary:
-        temporary.write_text(_page(story, path.parent), encoding="utf-8")
+        temporary.write_text(_page(demonstration, path.parent), encoding="utf-8")
 
 
-def _page(story: Story, folder: Path) -> str:
-    truth = ", ".join(story.truth)
-    found = ", ".join(effect["element"] for effect in story.rig.report["effects"]) or "nothing"
-    box = "box" if story.named_right else "box wrong"
-    seed = f"Seed {story.asked.seed}. " + ("" if story.asked.effect else "The effect was drawn by it.")
+def _page(demonstration: Demonstration, folder: Path) -> str:
+    truth = ", ".join(demonstration.truth)
+    found = ", ".join(effect["element"] for effect in demonstration.rig.report["effects"]) or "nothing"
+    box = "box" if demonstration.named_right else "box wrong"
+    seed = f"Seed {demonstration.asked.seed}. " + ("" if demonstration.asked.effect else "The effect was drawn by it.")
     return f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>damper-rig: demonstration</title>
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>{_STYLE}</style></head><body>
 <h1>What is the simulation missing?</h1>
 <p class="{box}">Hidden in the simulated rig: <strong>{escape(truth)}</strong>. Found from the measurements alone:
 <strong>{escape(found)}</strong>. <span class="hint">{escape(seed)}</span></p>
-{_section(story.rig, folder, _RIG_TEXT)}
-{_tests(story.campaign)}
-{_section(story.real, folder, _REAL_TEXT)}
+{_section(demonstration.rig, folder, _RIG_TEXT)}
+{_tests(demonstration.campaign)}
+{_section(demonstration.real, folder, _REAL_TEXT)}
 </body></html>
 """
 

@@ -28,8 +28,11 @@ _EXAMPLE = """curl -X POST http://127.0.0.1:8420/v1/campaigns -H 'content-type: 
 @router.get("/docs")
 def docs(request: Request) -> HTMLResponse:
     schema = request.app.openapi()
+    types = schema["components"]["schemas"]
     routes = "".join(
-        _route(method, path, route) for path, methods in schema["paths"].items() for method, route in methods.items()
+        _route(method, path, route, types)
+        for path, methods in schema["paths"].items()
+        for method, route in methods.items()
     )
     return HTMLResponse(
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>damper-rig: HTTP interface</title>'
@@ -40,9 +43,29 @@ def docs(request: Request) -> HTMLResponse:
     )
 
 
-def _route(method: str, path: str, route: dict[str, Any]) -> str:
-    # Any: OpenAPI's own JSON
+def _route(method: str, path: str, route: dict[str, Any], types: dict[str, Any]) -> str:
+    # Any, here and below: OpenAPI's own JSON
     query = ", ".join(item["name"] for item in route.get("parameters", []) if item["in"] == "query")
-    more = f'<p class="hint">Query: {escape(query)}</p>' if query else ""
+    content = route.get("requestBody", {}).get("content", {}).get("application/json", {})
+    hints = [f"Query: {query}"] if query else []
+    hints += [f"Body: {body}" for body in _bodies(content.get("schema", {}), types)]
+    more = "".join(f'<p class="hint">{escape(hint)}</p>' for hint in hints)
     text = escape(route.get("description", route.get("summary", "")))
     return f"<h2>{method.upper()} {escape(path)}</h2><p>{text}</p>{more}"
+
+
+def _bodies(schema: dict[str, Any], types: dict[str, Any]) -> list[str]:
+    """What a body can be: its keys and their types, one line for each kind of body."""
+    refs = schema.get("oneOf", [schema] if "$ref" in schema else [])
+    found = [types[ref["$ref"].rsplit("/", 1)[1]] for ref in refs]
+    return ["; ".join(f"{key}: {_type(value)}" for key, value in one["properties"].items()) for one in found]
+
+
+def _type(value: dict[str, Any]) -> str:
+    if "const" in value:
+        return str(value["const"])
+    if "anyOf" in value:
+        return " or ".join(map(_type, value["anyOf"]))
+    if value.get("type") == "array":
+        return f"array of {_type(value['items'])}"
+    return str(value.get("type", "any"))

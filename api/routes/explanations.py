@@ -1,4 +1,4 @@
-"""Explanations: ask what a simulation is missing, follow the work, end it, fetch the report."""
+"""Explanations, the jobs of kind ``explain``: ask what a simulation is missing, follow the work, fetch the report."""
 
 from __future__ import annotations
 
@@ -7,68 +7,67 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Response
 from fastapi.responses import FileResponse
 
-from api.accepting import accepted
-from api.explanations import NewExplanation
-from api.house import Here
-from api.shapes import ExplanationAnswer, ExplanationList, explanation_answer
+from api.jobs.accept import accept
+from api.jobs.explain import EXPLAIN, ExplainRequest
+from api.routes.answers import MOST_NUMBER, ExplanationAnswer, ExplanationList, explanation_answer
+from api.service import Service, ServiceDep
 
 __all__ = ["router"]
 
 router = APIRouter(prefix="/v1/explanations", tags=["explanations"])
 
-_MOST_NUMBER = 2**31 - 1
-
 
 @router.post("", status_code=201)
-def create(body: NewExplanation, here: Here, response: Response) -> ExplanationAnswer:
+def create(body: ExplainRequest, service: ServiceDep, response: Response) -> ExplanationAnswer:
     """Accept a base model and runs; what the command line would refuse is refused here, in the same words."""
-    asked = accepted(here, body)
-    response.headers["Location"] = f"/v1/explanations/{asked.id}"
-    return explanation_answer(asked)
+    job = accept(body, campaigns=service.campaigns, runs=service.runs, jobs=service.jobs)
+    response.headers["Location"] = f"/v1/explanations/{job.id}"
+    return explanation_answer(job)
 
 
 @router.get("")
 def list_explanations(
-    here: Here,
+    service: ServiceDep,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
-    before: Annotated[int | None, Query(ge=1, le=_MOST_NUMBER)] = None,
+    before: Annotated[int | None, Query(ge=1, le=MOST_NUMBER)] = None,
     campaign: str = "",
 ) -> ExplanationList:
     """The newest explanations first."""
-    found = here.explanations.newest(limit=limit, before=before, campaign_id=campaign)
+    found = service.explanations.newest(limit=limit, before=before, campaign_id=campaign)
     more = found[-1].number if len(found) == limit else None
-    return ExplanationList(explanations=[explanation_answer(one) for one in found], next_before=more)
+    return ExplanationList(explanations=[explanation_answer(job) for job in found], next_before=more)
 
 
 @router.get("/{explanation_id}")
-def one(explanation_id: str, here: Here) -> ExplanationAnswer:
+def one(explanation_id: str, service: ServiceDep) -> ExplanationAnswer:
     """How far it is, or how it ended."""
-    return explanation_answer(here.explanations.one(explanation_id))
+    return explanation_answer(service.explanations.one(explanation_id))
 
 
 @router.post("/{explanation_id}/cancel", status_code=202)
-def cancel(explanation_id: str, here: Here) -> ExplanationAnswer:
+def cancel(explanation_id: str, service: ServiceDep) -> ExplanationAnswer:
     """Ask for its end."""
-    return explanation_answer(here.explanations.cancel(explanation_id, "a cancellation was asked for over HTTP"))
+    return explanation_answer(service.explanations.cancel(explanation_id, "a cancellation was asked for over HTTP"))
 
 
 @router.get("/{explanation_id}/report.json", response_class=FileResponse)
-def report(explanation_id: str, here: Here) -> FileResponse:
+def report(explanation_id: str, service: ServiceDep) -> FileResponse:
     """The discovery report, as `damper-rig explain` writes it."""
-    return _file(here, explanation_id, "report.json", "application/json")
+    return _file(service, explanation_id, "report.json")
 
 
 @router.get("/{explanation_id}/report.html", response_class=FileResponse)
-def page(explanation_id: str, here: Here) -> FileResponse:
+def page(explanation_id: str, service: ServiceDep) -> FileResponse:
     """The same for people: one page that opens offline."""
-    return _file(here, explanation_id, "report.html", "text/html")
+    return _file(service, explanation_id, "report.html")
 
 
 @router.get("/{explanation_id}/model.json", response_class=FileResponse)
-def model(explanation_id: str, here: Here) -> FileResponse:
+def model(explanation_id: str, service: ServiceDep) -> FileResponse:
     """The base model with the named effects added and everything fitted again."""
-    return _file(here, explanation_id, "model.json", "application/json")
+    return _file(service, explanation_id, "model.json")
 
 
-def _file(here: Here, explanation_id: str, name: str, media_type: str) -> FileResponse:
-    return FileResponse(here.reports.local(here.explanations.one(explanation_id), name), media_type=media_type)
+def _file(service: Service, explanation_id: str, name: str) -> FileResponse:
+    path = service.results.file(service.explanations.one(explanation_id), name, noun="explanation")
+    return FileResponse(path, media_type=EXPLAIN.files[name])

@@ -6,8 +6,8 @@ from importlib.metadata import version
 
 from fastapi import APIRouter
 
-from api.house import Here
-from api.shapes import Health
+from api.routes.answers import Health
+from api.service import ServiceDep
 
 __all__ = ["router"]
 
@@ -15,7 +15,7 @@ router = APIRouter(tags=["health"])
 
 
 @router.get("/healthz")
-def health(here: Here) -> Health:
+def health(service: ServiceDep) -> Health:
     """200 where the campaign store answers, 503 where it does not."""
-    here.store.ping()
+    service.database.ping()
     return Health(status="ok", version=version("damper-rig"))

@@ -12,8 +12,8 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import StreamingResponse
 
 from api.errors import StoreError, one_line
-from api.house import Here, House
-from api.shapes import CampaignList, ExplanationList, explanation_answer, summary
+from api.routes.answers import CampaignList, ExplanationList, explanation_answer, summary
+from api.service import Service, ServiceDep
 
 __all__ = ["router"]
 
@@ -21,22 +21,22 @@ router = APIRouter(prefix="/v1/live", tags=["live"])
 
 _INTERVAL_S = 0.25
 _SHOWN = 20
-_SILENT_TURNS = 40  # then a comment keeps the connection open through proxies
+_SILENT_INTERVALS = 40  # then a comment keeps the connection open through proxies
 
 
 @router.get("", response_class=StreamingResponse)
-async def live(here: Here, request: Request) -> StreamingResponse:
+async def live(service: ServiceDep, request: Request) -> StreamingResponse:
     """Events ``campaigns`` and ``explanations`` (the lists of their GET), ``samples`` (new blocks) and ``trouble``."""
     return StreamingResponse(
-        _events(here, request), media_type="text/event-stream", headers={"Cache-Control": "no-store"}
+        _events(service, request), media_type="text/event-stream", headers={"Cache-Control": "no-store"}
     )
 
 
-async def _events(here: House, request: Request) -> AsyncIterator[str]:
+async def _events(service: Service, request: Request) -> AsyncIterator[str]:
     shown, number, silent = ("", ""), 0, 0
-    while not here.closing.is_set() and not await request.is_disconnected():
-        news = await run_in_threadpool(_news, here)
-        blocks = here.live.after(number)
+    while not service.closing.is_set() and not await request.is_disconnected():
+        news = await run_in_threadpool(_news, service)
+        blocks = service.live.after(number)
         for now, before in zip(news, shown, strict=True):
             if now and now != before:
                 yield now
@@ -44,17 +44,17 @@ async def _events(here: House, request: Request) -> AsyncIterator[str]:
             yield _event("samples", [asdict(block) for block in blocks])
             number = blocks[-1].number
         silent = 0 if blocks or news != shown else silent + 1
-        if silent >= _SILENT_TURNS:
+        if silent >= _SILENT_INTERVALS:
             yield ": still here\n\n"
             silent = 0
         shown = news
         await asyncio.sleep(_INTERVAL_S)
 
 
-def _news(here: House) -> tuple[str, str]:
+def _news(service: Service) -> tuple[str, str]:
     try:
-        found = here.store.campaigns(limit=_SHOWN)
-        explained = here.explanations.newest(limit=_SHOWN)
+        found = service.campaigns.campaigns(limit=_SHOWN)
+        explained = service.explanations.newest(limit=_SHOWN)
     except StoreError as error:
         return _event("trouble", {"detail": one_line(error)}), ""
     answer = CampaignList(campaigns=[summary(campaign) for campaign in found], next_before=None)

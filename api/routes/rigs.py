@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
-from api.house import Here
-from api.shapes import RigList, rig_answer
+from api.routes.answers import RigList, rig_answer
+from api.service import ServiceDep
 
 __all__ = ["router"]
 
@@ -13,6 +13,6 @@ router = APIRouter(prefix="/v1/rigs", tags=["rigs"])
 
 
 @router.get("")
-def list_rigs(here: Here) -> RigList:
+def list_rigs(service: ServiceDep) -> RigList:
     """Every rig that a campaign has named."""
-    return RigList(rigs=[rig_answer(rig) for rig in here.store.rigs()])
+    return RigList(rigs=[rig_answer(rig) for rig in service.campaigns.rigs()])

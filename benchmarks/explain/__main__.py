@@ -1,6 +1,6 @@
 """Judge the naming workflow: `python -m benchmarks.explain single:0:40 pair:0:20 -o DIR --workers 2`.
 
-Outcomes are appended to DIR/outcomes.jsonl as they come; what is there already is not run again.
+Outcomes are appended to DIR/outcomes.jsonl as they come; a case that the file has already is not run again.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from benchmarks.explain.summary import right, summary, write_picture
 from benchmarks.hidden import KINDS
 
 # As many cases as the goals ask for, on seeds on which no name was tuned.
-SEALED = ("single:18000:18400", "pair:18000:18200", "triple:18000:18100", "null:18000:18200", "unknown:18000:18200",
-          "wrong_base:18000:18030", "gain_drift:18000:18030")  # fmt: skip
+GOAL_CASES = ("single:18000:18400", "pair:18000:18200", "triple:18000:18100", "null:18000:18200",
+              "unknown:18000:18200", "wrong_base:18000:18030", "gain_drift:18000:18030")  # fmt: skip
 
 
 def wanted(texts: Sequence[str]) -> list[tuple[str, int]]:
@@ -41,7 +41,9 @@ def in_a_line(o: Outcome) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.explain", description=__doc__)
-    parser.add_argument("cases", nargs="*", default=list(SEALED), help="KIND:FIRST:END; without any, the sealed ones")
+    parser.add_argument(
+        "cases", nargs="*", default=list(GOAL_CASES), help="KIND:FIRST:END; default: the cases of the goals"
+    )
     parser.add_argument("-o", "--output", type=Path, default=Path("bench-explain"))
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     arguments = parser.parse_args()

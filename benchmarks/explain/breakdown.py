@@ -1,7 +1,7 @@
 """Where naming breaks down: `python -m benchmarks.explain.breakdown --seeds 7000:7010 -o DIR`.
 
 One hidden effect in each case; the same specimens at every point of every curve. Outcomes are appended to
-DIR/breakdown.jsonl as they come, seed by seed; what is there already is not run again.
+DIR/breakdown.jsonl as they come, seed by seed; those that the file has already are not run again.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from benchmarks.explain.outcomes import collect, read
 from benchmarks.explain.summary import CONFIDENT, right
 from benchmarks.hidden import STANDARD, Conditions, OutOfReach
 
-# What is varied, its title, its axis, and the value at which every case is measured otherwise.
+# The condition that is varied, its title, its values, and the value that it has in the other curves.
 NOISE, RUNS, SINES, BASE = "noise", "runs", "sines only", "base error"
 CURVES: dict[str, tuple[str, dict[float, Conditions]]] = {
     NOISE: (
@@ -28,7 +28,7 @@ CURVES: dict[str, tuple[str, dict[float, Conditions]]] = {
     ),
     RUNS: ("training runs of every kind", {**{float(n): Conditions(runs=n) for n in (1, 2, 4, 8)}, 6.0: STANDARD}),
     SINES: ("training runs, all of them sines", {float(n): Conditions(runs=n, sines_only=True) for n in (1, 2, 4, 8)}),
-    BASE: ("left by a wrong curve of the base, × noise", {e: Conditions(base_error=e) for e in (0.5, 1.0, 2.0, 4.0)}),
+    BASE: ("residual of a wrong base curve, × noise", {e: Conditions(base_error=e) for e in (0.5, 1.0, 2.0, 4.0)}),
 }
 _COLOURS = {"right": "#1d7a45", "wrong": "#b3261e"}
 
@@ -39,7 +39,7 @@ def points_left(seed: int, done: Sequence[Outcome]) -> list[tuple[str, float]]:
 
 
 def judged(seed: int, curve: str, at: float) -> Outcome:
-    """One specimen at one point of one curve; `skipped` says why there is none."""
+    """The outcome of one specimen at one point of one curve; `skipped` says why there is none."""
     try:
         return {"curve": curve, "at": at, **judge("single", seed, CURVES[curve][1][at])}
     except OutOfReach as error:

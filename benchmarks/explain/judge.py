@@ -1,4 +1,4 @@
-"""One hidden case through the workflow, and what it answered beside what was true."""
+"""Runs the workflow on one hidden case and compares its answer with the truth."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def judge(kind: str, seed: int, conditions: Conditions = STANDARD) -> Outcome:
 
 
 def answer(found: Explanation) -> Outcome:
-    """What the workflow said, and what its search saw."""
+    """The answer of the workflow, and features of its search."""
     held = found.held_out
     return {
         "verdict": str(found.verdict),

@@ -2,9 +2,9 @@
 
 PySINDy is given the same runs, the base refitted to them, and a library of the catalogue's terms (terms.py). It
 selects by sequentially thresholded least squares; the threshold is that of the sparsest model whose error on runs left
-out is within one standard error of the best; beside it stands the one threshold that is best in hindsight for all
-cases. The effects of the terms that stay are its names. Needs pysindy (dependency group bench); outcomes are appended
-to DIR/sindy.jsonl, and what is there already is not run again.
+out is within one standard error of the best; for comparison also the one threshold that is best in hindsight for all
+cases. The effects of the remaining terms are its names. Needs pysindy (dependency group bench); outcomes are appended
+to DIR/sindy.jsonl, and cases that the file has already are not run again.
 """
 
 from __future__ import annotations
@@ -48,14 +48,14 @@ def sparse(columns: Floats, target: Floats, threshold: float) -> Floats:
 
 
 def selected(columns: Sequence[Floats], targets: Sequence[Floats]) -> tuple[list[NDArray[np.bool_]], int]:
-    """Which terms stay at each threshold, (K,), and the threshold that is chosen on runs left out."""
+    """The terms that remain at each threshold, (K,), and the threshold chosen on runs left out."""
     counts = np.array([t.size for t in targets])
     rms = np.sqrt(np.mean(np.concatenate(targets) ** 2))
     size = np.sqrt(np.mean(np.vstack(columns) ** 2, axis=0))
     size[size == 0.0] = 1.0
     parts = [_packed(c / size, t / rms) for c, t in zip(columns, targets, strict=True)]
     errors = np.array([[_left_out(parts, k, s) for k in range(len(parts))] for s in THRESHOLDS]) / counts
-    errors = np.log(errors)  # one run on which a model goes astray must not decide alone
+    errors = np.log(errors)  # so that one run on which a model diverges does not dominate
     mean, spread = errors.mean(axis=1), (errors - errors.mean(axis=0)).std(axis=1) / np.sqrt(errors.shape[1])
     best = int(np.argmin(mean))
     chosen = max(k for k in range(len(THRESHOLDS)) if mean[k] <= mean[best] + spread[best])
@@ -63,7 +63,7 @@ def selected(columns: Sequence[Floats], targets: Sequence[Floats]) -> tuple[list
 
 
 def _packed(columns: Floats, target: Floats) -> Floats:
-    """The triangle of [columns, target], (K + 1, K + 1): least squares on it are those on all the samples."""
+    """The triangular factor of [columns, target], (K + 1, K + 1): it has the same least-squares solution."""
     return np.asarray(np.linalg.qr(np.column_stack([columns, target]), mode="r"))
 
 
@@ -73,19 +73,19 @@ def _left_out(parts: Sequence[Floats], k: int, threshold: float) -> float:
 
 
 def _solved(parts: Sequence[Floats], threshold: float) -> Floats:
-    """As `sparse`, where every term falls below the threshold: nothing."""
+    """As `sparse`; zeros where every term is below the threshold."""
     import warnings
 
     whole = np.vstack(parts)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # PySINDy warns where its threshold leaves no term: that is an answer here
+        warnings.simplefilter("ignore")  # PySINDy warns where its threshold leaves no term: that is a valid answer here
         return sparse(whole[:, :-1], whole[:, -1], threshold)
 
 
 def names_of(kind: str, seed: int) -> Outcome:
-    """The names that sparse regression gives: as it comes, and lent our projection off the base's tangents.
+    """The names by sparse regression, plain and with the projection off the base's tangents.
 
-    Of each the list at every threshold, and which of them was chosen.
+    For each the names at every threshold, and the index of the chosen one.
     """
     hidden = case(seed, kind)
     model, train, _ = prepared(model_from_json(hidden.base_model), hidden.runs, hidden.held_out)
@@ -105,7 +105,7 @@ def names_of(kind: str, seed: int) -> Outcome:
 
 
 def compared(kind: str, seed: int) -> Outcome:
-    """One case through the workflow and through sparse regression."""
+    """The outcome of one case by the workflow and by sparse regression."""
     return {**judge(kind, seed), "sindy": names_of(kind, seed)}
 
 
@@ -114,7 +114,7 @@ def table(outcomes: Sequence[Outcome]) -> str:
     kinds = list(dict.fromkeys(o["kind"] for o in outcomes))
     lines = [_row("exact set / true names in the list", kinds)]
     lines.append(_row("this workflow", [_shares(outcomes, kind, _ours) for kind in kinds]))
-    for variant, title in (("plain", "SINDy"), ("projected", "SINDy, lent our projection")):
+    for variant, title in (("plain", "SINDy"), ("projected", "SINDy with our projection")):
         chosen = [_shares(outcomes, kind, partial(_sindy, variant)) for kind in kinds]
         lines.append(_row(f"{title}, threshold by cross-validation", chosen))
         exact = [sum(_sindy(variant, o, k) == o["true"] for o in outcomes) for k in range(len(THRESHOLDS))]
@@ -133,7 +133,7 @@ def _ours(o: Outcome) -> list[str]:
 
 
 def _sindy(variant: str, o: Outcome, k: int | None = None) -> list[str]:
-    """Its names at one threshold; None: the one that was chosen."""
+    """Names at one threshold; None: the chosen one."""
     of = o["sindy"][variant]
     found: list[str] = of["path"][of["chosen"] if k is None else k]
     return found
@@ -151,7 +151,7 @@ def _row(title: str, cells: Sequence[str]) -> str:
 
 
 def in_a_line(o: Outcome) -> str:
-    """What was hidden, and what each of both said."""
+    """The hidden names and those of both methods, in one line."""
     ours = ", ".join(o.get("names", {})) or o.get("verdict", o.get("error"))
     return f"{o['kind']} {o['seed']}: {', '.join(o['true'])} → {ours} | SINDy: {', '.join(_sindy('plain', o))}"
 

@@ -1,4 +1,4 @@
-"""What many outcomes say together: the goals, the calibration of the confidence, the confusion of names."""
+"""Summary of many outcomes: goals, calibration of the confidence, confusion of names."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ CONFIDENT = 0.9
 
 
 def right(o: Outcome) -> bool:
-    """Whether the verdict and the set of names are those of the truth; a nasty null only forbids confident names."""
+    """Whether the verdict and the set of names are those of the truth.
+
+    Where only the base's curve or gain is wrong, it is right to state no name with confidence.
+    """
     names = o.get("names")
     if names is None:
         return False
@@ -31,7 +34,7 @@ def right(o: Outcome) -> bool:
 
 
 def statements(outcomes: Sequence[Outcome]) -> tuple[list[float], list[bool]]:
-    """Confidence of every name uttered, and whether it was right."""
+    """Confidence of every name in the reports, and whether it was right."""
     pairs = [(c, n in o["true"]) for o in outcomes for n, c in o.get("names", {}).items()]
     return [c for c, _ in pairs], [ok for _, ok in pairs]
 

@@ -1,5 +1,5 @@
-"""The library of terms that sparse regression is given: every effect of the catalogue as far as a formula of the
-measured channels can say it, and to first order in its strength where it stands inside the machine."""
+"""The library of terms that sparse regression is given: every effect of the catalogue that is a formula
+of the measured channels, and to first order in its strength where it is inside the machine."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 def library(model: Model, records: Sequence[Record]) -> tuple[list[tuple[str, str]], list[Floats]]:
     """(effect, term) of every column, and the columns (M, K) of each record.
 
-    Speeds, strokes and levels that a term needs are shares of what the records reach, so that no unit matters.
+    Speeds, strokes and levels in a term are shares of the largest in the records, so that units do not matter.
     """
     scale = _scales(records)
     columns = [_columns(model, record, scale) for record in records]
@@ -46,7 +46,7 @@ def _columns(model: Model, record: Record, scale: Mapping[str, float]) -> dict[t
 
 
 def _parallel(x: Floats, v: Floats, a: Floats, i: Floats, scale: Mapping[str, float]) -> dict[tuple[str, str], Floats]:
-    """Terms of displacement, speed and current that stand beside the base."""
+    """Terms of displacement, speed and current that are added to the base."""
     sign, slow = np.tanh(v / (0.01 * scale["v"])), np.tanh(v / (0.1 * scale["v"]))
     out = {
         ("viscous_damping", "v"): v,
@@ -78,7 +78,7 @@ def _parallel(x: Floats, v: Floats, a: Floats, i: Floats, scale: Mapping[str, fl
 
 
 def _hysteresis(x: Floats, v: Floats, length: float, *, smooth: bool) -> Floats:
-    """A spring of length `length` that slides (Dahl), or that turns over smoothly (Bouc–Wen of n = 2), in −1 … 1."""
+    """A spring of length `length` that slides (Dahl), or yields smoothly (Bouc–Wen with n = 2), in −1 … 1."""
     h = np.empty(x.size)
     state = float(np.sign(v[0]))
     for k, step in enumerate(np.diff(x, prepend=x[0]) / length):
@@ -104,7 +104,7 @@ def _sensor(base: Floats, a: Floats, t: Floats, dt: float) -> dict[tuple[str, st
 def _inside(
     base: Floats, x: Floats, v: Floats, warm: Floats, scale: Mapping[str, float], dt: float
 ) -> dict[tuple[str, str], Floats]:
-    """What modifies the base, or stands before it, to first order."""
+    """Terms that modify the base or its input, to first order."""
     slope = np.gradient(base, dt)
     turned = np.maximum.accumulate(np.where(np.diff(np.sign(v), prepend=np.sign(v[0])) != 0, np.arange(v.size), 0))
     since = np.abs(x - x[turned])
@@ -115,7 +115,7 @@ def _inside(
         ("position_dependent_damping", "F·x²"): base * x**2,
         ("temperature_fade", "F·ΔT"): base * warm,
         ("series_compliance", "dF/dv·dF/dt"): stiffness * slope,
-        ("free_play", "F turns its sign"): np.exp(-((base / (0.1 * np.std(base) + 1e-300)) ** 2)) * np.sign(slope),
+        ("free_play", "F changes its sign"): np.exp(-((base / (0.1 * np.std(base) + 1e-300)) ** 2)) * np.sign(slope),
     }
     for share in (0.03, 0.1):
         out["reversal_force_lag", f"F within {share:g} of the stroke after a reversal"] = base * np.exp(
@@ -125,7 +125,7 @@ def _inside(
 
 
 def _control(model: Model, record: Record, i: Floats, dt: float) -> dict[tuple[str, str], Floats]:
-    """What stands in the control path: the base's answer to a change of the current, times that change."""
+    """Terms of the control path: the base's derivative by the current, times the change of the current."""
     by_current = _by_current(model, record)
     rate = np.gradient(i, dt)
     return {

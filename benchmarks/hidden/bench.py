@@ -1,4 +1,4 @@
-"""A hidden specimen that stays on the rig: whatever motion is asked for is played, and what it measures comes back."""
+"""A hidden specimen on a simulated rig that plays any excitation and returns the run."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from benchmarks.hidden.rig import Sensors, Specimen, prepared, recorded, true_fo
 from excitation.signal import Excitation
 from rigctl.runfile import Run
 
-REACH_HZ = 120.0  # of the actuator: corners of a triangle are rounded above it
+REACH_HZ = 120.0  # bandwidth of the actuator: a triangle has no higher harmonics
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bench:
-    """The specimen of a case, and what the rig may do to it."""
+    """The specimen of a case, and the limits of its rig."""
 
     case: Case
     specimen: Specimen
@@ -43,7 +43,7 @@ class Bench:
 
 
 def bench(seed: int, kind: str) -> Bench:
-    """The specimen of the case that belongs to this seed and kind, as it sits in the rig."""
+    """The specimen of the case that belongs to this seed and kind, in its rig."""
     one = case(seed, kind)
     _, scene, secret = deepcopy(drawn(seed, kind))
     specimen = Specimen(elements=secret.real, scales=scene.machine.scales)
@@ -51,7 +51,7 @@ def bench(seed: int, kind: str) -> Bench:
 
 
 def _experiment(rng: np.random.Generator, excitation: Excitation, *, passive: bool) -> Experiment:
-    """The excitation as the rig's motion: its displacement within the actuator's reach, its current as it is."""
+    """The excitation as the rig's motion: displacement limited to the actuator's bandwidth, current unchanged."""
     samples = excitation.samples
     period = excitation.period_samples or samples
     lines = 2.0 * np.fft.rfft(excitation.displacement_m[samples - period :]) / period

@@ -1,4 +1,4 @@
-"""One hidden case: a specimen with something the user's simulation lacks, its runs, and the truth about it."""
+"""One hidden case: a specimen with an effect that the given model lacks, its runs, and the truth."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from benchmarks.hidden.effects import EFFECTS, compatible, fits
 from benchmarks.hidden.evidence import (
     MOST_MISMATCH,
     Evidence,
-    ambiguous,
     evidence_of,
-    honest,
+    has_equal_rival,
+    is_nameable,
     mismatch_of,
     nearest_name,
 )
@@ -32,15 +32,15 @@ from rigctl.runfile import Run
 KINDS = ("single", "pair", "triple", "null", "unknown", "wrong_base", "gain_drift")
 HIDDEN = {"single": 1, "pair": 2, "triple": 3}
 FINE, FINE_CONTACT = 16, 32  # integration steps a sample
-NULL_EXCESS = 0.24  # with it the refit of the right base leaves at most 1.03 times the noise
+NULL_EXCESS = 0.24  # then the refit of the right base leaves at most 1.03 times the noise
 LEAST_UNEXPLAINED = 0.35  # share of an unknown effect's gap that no single name of the catalogue may close
 ATTEMPTS = 80
-RAN_AWAY = 20.0  # times the force that a machine is built for
+UNSTABLE_FORCE = 20.0  # times the force that a machine is built for: beyond, it is unstable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """What the workflow is given (model, runs), and what only the judge knows (effects, truth, noise, excess)."""
+    """Input of the workflow (model, runs), and the truth for the evaluation (effects, truth, noise, excess)."""
 
     seed: int
     kind: str
@@ -50,15 +50,15 @@ class Case:
     held_out: tuple[Run, ...]
     truth: tuple[Row, ...]  # noise-free force of each held-out run, N
     noise_n: float  # standard deviation of the noise on the force
-    excess: float  # rms that a refit of the base leaves, in units of the noise; noise not counted
+    excess: float  # residual rms of the refitted base without noise, in units of the noise
     excess_each: tuple[float, ...]  # the same for each effect when the others are known, in the order of `effects`
-    mismatch: float  # the same when the textbook form of every hidden effect is fitted too
+    mismatch: float  # the same when the textbook form of every hidden effect is fitted as well
     detail: dict[str, object]  # family, true parameters, kind of the unknown effect, gains
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Secret:
-    """What is wrong with the user's simulation."""
+    """What the given model lacks."""
 
     real: Elements
     effects: list[Sized]
@@ -68,44 +68,44 @@ class Secret:
 
 
 def case(seed: int, kind: str, conditions: Conditions = STANDARD) -> Case:
-    """Draw the case that belongs to this seed and kind, always the same.
+    """The case of a seed and kind; the same arguments give the same case.
 
-    Single effects walk through the whole catalogue, and unknown ones through all their kinds, once in each round
-    of seeds. Other `conditions` measure the same specimen otherwise. Raises ValueError for a kind that is not one of
+    Consecutive seeds cover all effects of the catalogue, or all kinds of unknown effects, once in each cycle. Other
+    `conditions` are other measurements of the same specimen. Raises ValueError for a kind that is not one of
     KINDS.
     """
     if kind not in KINDS:
         raise ValueError(f"kind is {kind!r}: it must be one of {', '.join(KINDS)}")
     rng, scene, secret = deepcopy(drawn(seed, kind))
-    return _measured(rng, seed, kind, *_under(conditions, seed, scene, secret))
+    return _measured(rng, seed, kind, *_apply_conditions(conditions, seed, scene, secret))
 
 
-@lru_cache(maxsize=1)  # under one condition after the other
+@lru_cache(maxsize=1)  # one specimen is measured under several conditions
 def drawn(seed: int, kind: str) -> tuple[np.random.Generator, Scene, Secret]:
-    """The specimen with what it hides, and the generator that draws the rest."""
+    """The specimen with its hidden effects, and the random generator for the rest."""
     rng = np.random.default_rng([seed, KINDS.index(kind)])
-    for wanted in _wishes(rng, seed, kind):
+    for wanted in _names_to_hide(rng, seed, kind):
         machine = _machine_for(rng, wanted)
         if machine is None:
             continue
         scene = scene_of(rng, machine)
         secret = _secret(rng, kind, scene, wanted)
-        if secret is not None and not _runs_away(scene, secret.real):
+        if secret is not None and not _is_unstable(scene, secret.real):
             return rng, scene, secret
-    raise RuntimeError(f"seed {seed}, {kind}: no machine showed anything in {ATTEMPTS} attempts")
+    raise RuntimeError(f"seed {seed}, {kind}: no effect was visible on a machine in {ATTEMPTS} attempts")
 
 
-def _runs_away(scene: Scene, real: Elements) -> bool:
-    """Whether the machine breaks loose: an asymmetry outgrows a curve that levels off, and nothing holds the core back.
+def _is_unstable(scene: Scene, real: Elements) -> bool:
+    """Whether the motion is unstable: a damping asymmetry exceeds a base curve that saturates.
 
-    No other effect makes a force that falls with speed so far up, so nothing else need be run twice.
+    No other effect makes the force fall with speed at high speeds, so only this one is simulated to check.
     """
     if "damping_asymmetry" not in real:
         return False
     specimen = Specimen(elements=real, scales=scene.machine.scales)
     experiments = [*scene.training, *scene.held_out]
     runs = [prepared(e, _fine(real), t) for e, t in zip(experiments, scene.hum_turns, strict=True)]
-    return any(np.max(np.abs(true_force(specimen, run))) > RAN_AWAY * scene.machine.force_n for run in runs)
+    return any(np.max(np.abs(true_force(specimen, run))) > UNSTABLE_FORCE * scene.machine.force_n for run in runs)
 
 
 def _fine(real: Elements) -> int:
@@ -113,8 +113,8 @@ def _fine(real: Elements) -> int:
     return FINE_CONTACT if "free_play" in real else FINE
 
 
-def _wishes(rng: np.random.Generator, seed: int, kind: str) -> Iterator[tuple[str, ...]]:
-    """Names to hide, one set for each attempt; after half of the attempts another first name has its turn."""
+def _names_to_hide(rng: np.random.Generator, seed: int, kind: str) -> Iterator[tuple[str, ...]]:
+    """Names to hide, one set for each attempt; after half of the attempts the first name changes too."""
     names = list(UNKNOWN_EFFECTS if kind == "unknown" else EFFECTS)
     count = 1 if kind == "unknown" else HIDDEN.get(kind, 0)
     first = names[int(np.random.default_rng(seed // len(names)).permutation(len(names))[seed % len(names)])]
@@ -142,7 +142,7 @@ def _machine_for(rng: np.random.Generator, wanted: tuple[str, ...]) -> Machine |
 
 
 def _secret(rng: np.random.Generator, kind: str, scene: Scene, wanted: tuple[str, ...]) -> Secret | None:
-    """What this kind hides on this machine; None where it does not show, or shows as something else."""
+    """What this kind hides on this machine; None where that is not visible, or looks like another effect."""
     if kind == "unknown":
         return _unknown(rng, scene, wanted[0])
     if kind == "wrong_base":
@@ -153,7 +153,7 @@ def _secret(rng: np.random.Generator, kind: str, scene: Scene, wanted: tuple[str
         return _nothing(scene)
     try:
         return _catalogued(rng, scene, wanted)
-    except np.linalg.LinAlgError:  # its tangents are infinite: a machine that runs away on the way to the nearest fit
+    except np.linalg.LinAlgError:  # infinite tangents: an unstable machine during the fit
         return None
 
 
@@ -170,7 +170,7 @@ def _nothing(scene: Scene) -> Secret | None:
 
 
 def _gain_drift(rng: np.random.Generator, scene: Scene) -> Secret | None:
-    """An amplifier set up anew for each run: gains within one or two per cent of one, none like another."""
+    """An amplifier adjusted before each run: gains within one or two per cent of 1, all different."""
     size = len(scene.training) + len(scene.held_out)
     gains = 1.0 + rng.uniform(0.01, 0.02) * rng.permutation(np.linspace(-1.0, 1.0, size))
     evidence = evidence_of(scene, scene.real_base, [], gains[: len(scene.training)])
@@ -178,7 +178,7 @@ def _gain_drift(rng: np.random.Generator, scene: Scene) -> Secret | None:
 
 
 def _wrong_base(rng: np.random.Generator, scene: Scene) -> Secret | None:
-    """The machine's damping curve is of another family: the refit leaves two to five times the noise."""
+    """The machine's damping curve is of another family: a refit leaves two to five times the noise."""
     if scene.machine.family == "hysteretic":
         return None
     gains = _level(scene)
@@ -206,24 +206,24 @@ def _unknown(rng: np.random.Generator, scene: Scene, name: str) -> Secret | None
 
 
 def _catalogued(rng: np.random.Generator, scene: Scene, wanted: tuple[str, ...]) -> Secret | None:
-    """The wanted effects, each of its own size, together on one machine."""
+    """The wanted effects, each with its own size, together on one machine."""
     effects: list[Sized] = []
     for name in sorted(wanted):
         sized = sized_on(rng, scene, EFFECTS[name](rng, scene.machine))
         if sized is None:
             return None
         effects.append(sized)
-    effects = _tamed(scene, effects)
+    effects = _with_smaller_departures(scene, effects)
     gains = _level(scene)
     real = with_effects(scene.real_base, effects, textbook=False)
     evidence = evidence_of(scene, real, effects, gains[: len(scene.training)])
-    if not honest(evidence) or ambiguous(scene, effects, evidence):
+    if not is_nameable(evidence) or has_equal_rival(scene, effects, evidence):
         return None
     return Secret(real=real, effects=effects, gains=gains, evidence=evidence)
 
 
-def _tamed(scene: Scene, effects: list[Sized]) -> list[Sized]:
-    """The effects, their departures halved where they are too much for the right names to close the gap."""
+def _with_smaller_departures(scene: Scene, effects: list[Sized]) -> list[Sized]:
+    """The effects, with departures halved where these are too large for the right names to close the gap."""
     for _ in range(2):
         if mismatch_of(scene, effects) <= MOST_MISMATCH * np.sqrt(len(effects)) * 1.2 * LEAST_EXCESS:
             break
@@ -231,8 +231,8 @@ def _tamed(scene: Scene, effects: list[Sized]) -> list[Sized]:
     return effects
 
 
-def _under(conditions: Conditions, seed: int, scene: Scene, secret: Secret) -> tuple[Scene, Secret]:
-    """The scene and its secret as the conditions change them; what is drawn here changes no other case."""
+def _apply_conditions(conditions: Conditions, seed: int, scene: Scene, secret: Secret) -> tuple[Scene, Secret]:
+    """The scene and its secret under the conditions; random draws here do not affect other cases."""
     if conditions == STANDARD:
         return scene, secret
     scene = conditions.measured(scene, np.random.default_rng([seed, 99]))
@@ -241,7 +241,7 @@ def _under(conditions: Conditions, seed: int, scene: Scene, secret: Secret) -> t
 
 
 def _measured(rng: np.random.Generator, seed: int, kind: str, scene: Scene, secret: Secret) -> Case:
-    """Run the whole campaign on the real specimen and record it."""
+    """Simulate and record the whole campaign on the real specimen."""
     specimen = Specimen(elements=secret.real, scales=scene.machine.scales)
     experiments = [*scene.training, *scene.held_out]
     runs = [prepared(e, _fine(secret.real), turns) for e, turns in zip(experiments, scene.hum_turns, strict=True)]

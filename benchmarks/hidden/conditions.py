@@ -1,4 +1,4 @@
-"""What the goals hold fixed, varied: noise, number and kind of runs, error of the base curve."""
+"""Conditions of measurement: noise, number and kind of runs, error of the base curve."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from benchmarks.hidden.layout import Elements
 from benchmarks.hidden.motion import extra_run, sines
 from benchmarks.hidden.scene import Scene, departed
 
-_REACHED = 0.75  # of what was asked for
+_REACHED = 0.75  # of the residual that was asked for
 
 
 class OutOfReach(ValueError):
-    """This machine can't be made like that."""
+    """These conditions are not possible on this machine."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conditions:
-    """How a case is measured; None: as every case is. The specimen and the size of its effect stay the same."""
+    """How a case is measured; None: as by default. The specimen and the size of its effect stay the same."""
 
     noise_share: float | None = None  # of the force's rms
     runs: int | None = None  # training runs
     sines_only: bool = False  # in training; the held-out runs stay
-    base_error: float | None = None  # what a refit leaves of the base curve's departure, in units of the usual noise
+    base_error: float | None = None  # residual of a refit of the departed base curve, in units of the usual noise
 
     def measured(self, scene: Scene, rng: np.random.Generator) -> Scene:
         """The scene with the noise and the training runs of these conditions."""
@@ -48,10 +48,10 @@ class Conditions:
         """The specimen with its base curve as far from the textbook's as these conditions say; raises OutOfReach."""
         if self.base_error is None:
             return real
-        usual = replace(scene, noise_share=0.009)  # the middle of what cases have: not the noise of these conditions
+        usual = replace(scene, noise_share=0.009)  # the mean over cases, not the noise of these conditions
         curve = scene.machine.curve
         elements = departed(usual, 0.1, self.base_error)
-        if usual.leaves(elements)[0] < _REACHED * self.base_error:
+        if usual.unabsorbed_and_added(elements)[0] < _REACHED * self.base_error:
             raise OutOfReach(f"{curve} of this machine can't depart so far that {self.base_error:g} × noise is left")
         departure = elements[curve]["departure"]
         return {**real, curve: {**real[curve], "departure": departure}}

@@ -1,4 +1,4 @@
-"""The catalogue's effects as they occur on a machine: plausible shapes, a departure from the textbook, and a size."""
+"""The catalogue's effects as they occur on a machine: shape, departure from the textbook form, and size."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from benchmarks.hidden.layout import Elements
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """One effect of middling size: `grows` and `shrinks` name what is multiplied or divided to make it larger."""
+    """One effect of medium size; to enlarge it, parameters in `grows` are multiplied, those in `shrinks` divided."""
 
     element: str
     values: Parameters
     departure: float
     grows: tuple[str, ...] = ()
     shrinks: tuple[str, ...] = ()
-    shape: tuple[str, ...] = ()  # the further parameters that a fit would move
-    largest: float = 1e6  # largest multiple of the middling size that is still physical
+    shape: tuple[str, ...] = ()  # further parameters that a fit would change
+    largest: float = 1e6  # largest multiple of the medium size that is physical
 
     def sized(self, multiple: float, *, textbook: bool = False) -> Elements:
-        """The effect at a multiple of its middling size, with its departure or in the textbook form."""
+        """Parameters at a multiple of the medium size, with the departure or in the textbook form."""
         values = dict(self.values)
         for name in self.grows:
             values[name] *= multiple
@@ -34,7 +34,7 @@ class Effect:
 
     @property
     def free(self) -> tuple[tuple[str, str], ...]:
-        """The parameters that a fit of the textbook form would move."""
+        """The parameters that a fit of the textbook form would change."""
         return tuple((self.element, name) for name in (*self.grows, *self.shrinks, *self.shape))
 
 
@@ -67,7 +67,7 @@ def quadratic(rng: np.random.Generator, machine: Machine) -> Effect:
 
 
 def relief(rng: np.random.Generator, machine: Machine) -> Effect:
-    """The valve takes away at most 0.85 of the slope that the base has at the knee."""
+    """The valve reduces the slope of the base at the knee by at most 0.85 of it."""
     force, speed, _ = _sizes(machine)
     values = {"c_drop": 0.1 * force / speed, "w_knee": speed * rng.uniform(0.25, 0.55)}
     slope = machine.elements.get("viscous_damping", {}).get("c", 0.0)
@@ -110,7 +110,7 @@ def tanh_hysteresis(rng: np.random.Generator, machine: Machine) -> Effect:
 
 
 def bouc_wen(rng: np.random.Generator, machine: Machine) -> Effect:
-    """Far from Dahl's bristle: a sharp yield, or loading and unloading very unlike."""
+    """Unlike Dahl's model: a sharp yield, or very different loading and unloading."""
     force, _, stroke = _sizes(machine)
     give, n = stroke * rng.uniform(0.12, 0.3), rng.uniform(1.6, 3.0)
     ratio = rng.uniform(0.5, 0.9) if rng.random() < 0.5 else -rng.uniform(0.4, 0.65)  # beta over gamma
@@ -309,11 +309,11 @@ EFFECTS: dict[str, Draw] = {
 
 CONTROL = frozenset(name for name in EFFECTS if name.startswith("control_"))
 
-# Above it the contact of a worn joint gives as much as its gap, and would be a compliance.
+# Above it the contact of a worn joint deflects by as much as its gap: that is a compliance.
 RIGID_FORCE_N = 5e3
 
-# No two of one group in one case, nor beside a base element of the group: nature itself hardly tells them apart.
-ALIKE: tuple[frozenset[str], ...] = (
+# Never two of one group in one case, nor one with a base element of the group: they can hardly be told apart.
+HARD_TO_TELL_APART: tuple[frozenset[str], ...] = (
     frozenset({"linear_stiffness", "cubic_stiffness", "gas_spring", "end_stop"}),
     frozenset({"gas_spring", "force_offset", "force_drift"}),
     frozenset({"coulomb_friction", "stribeck_friction", "presliding_friction", "tanh_hysteresis", "bouc_wen"}),
@@ -326,7 +326,7 @@ ALIKE: tuple[frozenset[str], ...] = (
 
 
 def fits(element: str, machine: Machine) -> bool:
-    """Whether the effect makes sense on this machine and is not in its model already."""
+    """Whether the effect is plausible on this machine and not in its model."""
     if element in machine.elements or (element in CONTROL and not machine.controllable):
         return False
     held = machine.elements
@@ -349,11 +349,11 @@ def fits(element: str, machine: Machine) -> bool:
 
 
 def compatible(elements: tuple[str, ...]) -> bool:
-    """Whether no two of them are alike by nature."""
-    return len(set(elements)) == len(elements) and all(len(group & set(elements)) <= 1 for group in ALIKE)
+    """Whether no two of them are of one group that can hardly be told apart."""
+    return len(set(elements)) == len(elements) and all(len(group & set(elements)) <= 1 for group in HARD_TO_TELL_APART)
 
 
-# Which other names come nearest to an effect: a case in which one of them does as well has no right answer.
+# The names nearest to an effect: a case in which one of them fits as well has no right answer.
 NEAREST: dict[str, tuple[str, ...]] = {
     "viscous_damping": ("quadratic_damping",),
     "quadratic_damping": ("viscous_damping", "position_dependent_damping"),

@@ -1,4 +1,4 @@
-"""What fits of the base, of the right names and of their nearest rivals leave on the pilot runs."""
+"""Residuals of the base, of the right names and of their nearest rivals on the pilot runs."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ MOST_MISMATCH = 0.18  # of the least excess, for one effect
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Evidence:
-    """What fits on the pilot leave, in units of the noise."""
+    """Residuals of fits on the pilot runs, in units of the noise."""
 
     excess: float
     each: tuple[float, ...]
     mismatch: float
     noise_n: float
-    fits: tuple[Fit, ...]  # the fit that lacks each effect
+    fits: tuple[Fit, ...]  # the fit without each effect
 
 
 def evidence_of(scene: Scene, real: Elements, effects: list[Sized], gains: Row) -> Evidence:
-    """Fit the base, and the base with every effect in textbook form; drop each effect in turn from the latter."""
+    """Fit the base, and the base with every effect in textbook form; and the latter without each effect."""
     target = scene.pilot.force(real) * np.repeat(gains, PILOT_SAMPLES)
     noise = scene.noise_share * rms(target)
     base = refitted(scene.pilot, target, scene.machine.elements, scene.machine.free)
@@ -43,34 +43,34 @@ def evidence_of(scene: Scene, real: Elements, effects: list[Sized], gains: Row) 
 
 
 def textbook_fit(scene: Scene, target: Row, effects: list[Sized]) -> tuple[Fit, Free]:
-    """The fit with every right name, and the parameters that it moved."""
+    """The fit with every right name, and its free parameters."""
     free = scene.machine.free + tuple(place for effect, _ in effects for place in effect.free)
     return refitted(scene.pilot, target, with_effects(scene.machine.elements, effects, textbook=True), free), free
 
 
 def mismatch_of(scene: Scene, effects: list[Sized]) -> float:
-    """Rms that the right names leave, in units of the noise."""
+    """Residual rms with the right names, in units of the noise."""
     target = scene.pilot.force(with_effects(scene.real_base, effects, textbook=False))
     return rms(textbook_fit(scene, target, effects)[0].residual) / (scene.noise_share * rms(target))
 
 
 def _without(scene: Scene, target: Row, full: Fit, free: Free, element: str) -> Fit:
-    """The full fit with one effect taken out and the rest moved along its tangents."""
+    """The full fit without one effect, the other parameters corrected along their tangents."""
     rest = {name: values for name, values in full.elements.items() if name != element}
     tangents = full.tangents[:, [place[0] != element for place in free]]
     residual = unabsorbed(basis_of(tangents), target - scene.pilot.force(rest))
     return Fit(residual=residual, elements=rest, tangents=tangents)
 
 
-def honest(evidence: Evidence) -> bool:
-    """Whether every hidden effect shows, and its textbook form explains most of it."""
+def is_nameable(evidence: Evidence) -> bool:
+    """Whether every hidden effect is visible, and its textbook form explains most of it."""
     count, least = len(evidence.each), min(evidence.each)
     shown = least >= LEAST_EXCESS * (1.0 if count == 1 else 1.1) and evidence.excess <= MOST_EXCESS * count
     return shown and evidence.mismatch <= MOST_MISMATCH * np.sqrt(count) * least
 
 
-def ambiguous(scene: Scene, effects: list[Sized], evidence: Evidence) -> bool:
-    """Whether another name of the catalogue would do nearly as well as a right one."""
+def has_equal_rival(scene: Scene, effects: list[Sized], evidence: Evidence) -> bool:
+    """Whether another name of the catalogue would fit nearly as well as a right one."""
     hidden = {effect.element for effect, _ in effects}
     for (effect, _), fit, each in zip(effects, evidence.fits, evidence.each, strict=True):
         tolerance = evidence.mismatch + max(0.5, 0.08 * each)
@@ -81,7 +81,7 @@ def ambiguous(scene: Scene, effects: list[Sized], evidence: Evidence) -> bool:
 
 
 def nearest_name(scene: Scene, evidence: Evidence) -> tuple[str, float]:
-    """The element of the catalogue that would explain most of an unknown effect, and what it leaves of the gap."""
+    """The element that explains most of an unknown effect, and the share of the gap that it leaves."""
     fit = evidence.fits[0]
     left = {name: _left_by(scene, fit, name) / rms(fit.residual) for name in EFFECTS if fits(name, scene.machine)}
     best = min(left, key=lambda name: left[name])
@@ -89,7 +89,7 @@ def nearest_name(scene: Scene, evidence: Evidence) -> tuple[str, float]:
 
 
 def _left_by(scene: Scene, fit: Fit, name: str) -> float:
-    """Rms that the fit would leave, N, were the rival added at the size and shape that suit it best."""
+    """Residual rms, N, with the rival added at its best size and shape, to first order."""
     rival = EFFECTS[name](np.random.default_rng(0), scene.machine)
     elements: Elements = {**fit.elements, **rival.sized(1.0, textbook=True)}
     start = scene.pilot.force(fit.elements)

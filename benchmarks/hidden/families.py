@@ -1,4 +1,4 @@
-"""Base machines drawn at random: what the user's simulation knows, with the true parameters."""
+"""Base machines drawn at random: what the given model describes, with the true parameters."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ Parameters = dict[str, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Machine:
-    """One base machine: elements in the textbook form, what a fit may move, and where the real one departs."""
+    """One base machine: elements in the textbook form, free parameters, and the departures of the real machine."""
 
     family: str
     elements: dict[str, Parameters]
     fixed: frozenset[tuple[str, str]]
-    curve: str  # the element whose curve departs from the textbook a little, or is of another family altogether
+    curve: str  # the element whose curve departs from the textbook form, a little or to another family
     envelope: Envelope
     force_n: float
 
     @property
     def scales(self) -> tuple[float, float, float, float]:
-        """Speed, stroke, current and force that the laws' departures refer to."""
+        """Speed, stroke, current and force to which departures are scaled."""
         current = self.envelope.current_a[1] if self.envelope.current_a else 1.0
         return self.envelope.speed_m_s, self.envelope.stroke_m, current, self.force_n
 
     @property
     def free(self) -> tuple[tuple[str, str], ...]:
-        """The parameters that a fit may move."""
+        """The parameters that a fit may change."""
         return tuple(
             (element, name)
             for element, values in self.elements.items()
@@ -114,7 +114,7 @@ def hydraulic_orifice(rng: np.random.Generator) -> Machine:
 
 
 def _bush(rng: np.random.Generator, envelope: Envelope, force: float, low: float, high: float) -> Parameters:
-    """A bush or oil column that gives by a share of the stroke under the full force."""
+    """A bush or oil column that deflects by a share of the stroke under the full force."""
     return {"k": force / (envelope.stroke_m * _between(rng, low, high)), "c": 0.0}
 
 
@@ -200,7 +200,7 @@ def mr_damper(rng: np.random.Generator) -> Machine:
 
 
 def hysteretic(rng: np.random.Generator) -> Machine:
-    """A Bouc–Wen device: wire rope, friction stack, rubber, with viscous or orifice damping beside it."""
+    """A Bouc–Wen device: wire rope, friction stack, rubber, with parallel viscous or orifice damping."""
     envelope, force = _envelope(rng, None), _between(rng, 30.0, 20e3)
     give, n = envelope.stroke_m * rng.uniform(0.05, 0.25), float(rng.integers(1, 3))
     total = give ** (-n)
@@ -236,7 +236,7 @@ FAMILIES: tuple[Callable[[np.random.Generator], Machine], ...] = (
 
 
 def model_as_given(rng: np.random.Generator, machine: Machine) -> dict[str, object]:
-    """The simulation as the user has it, in the layout of a model file: every free number off by up to a third."""
+    """The given model, in the layout of a model file: every free number off by up to a third."""
     paths: dict[str, list[dict[str, object]]] = {path: [] for path in ("mount", "control", "core", "sensor")}
     for element, values in machine.elements.items():
         parameters: dict[str, object] = {}

@@ -1,7 +1,7 @@
-"""The specimen's force laws, compiled: each near a catalogue form, none of them that form once `q` is not zero.
+"""The specimen's force laws, compiled: each near the catalogue's form, and different where `q` is not zero.
 
 `q` is the departure: how far the real effect is from the textbook curve. Zero gives the textbook curve, which
-only the sizing of a case uses. Nothing here is shared with the program that is judged.
+only the sizing of a case uses. Nothing here is shared with the program under test.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ def compiled(function):  # type: ignore[no-untyped-def]
 
 
 def inlined(function):  # type: ignore[no-untyped-def]
-    """Compile into the caller: handing arrays over costs more than the arithmetic."""
+    """Compile into the caller: passing arrays takes longer than the arithmetic."""
     return numba.njit(inline="always", error_model="numpy")(function)
 
 
@@ -68,7 +68,7 @@ def spool(c_soft, c_firm, u_soft, u_firm, w_knee, w, u, q):
 
 @compiled
 def orifice(coefficient, w, q, speed):
-    """Exponent 2 − q: between a sharp edge and a long port."""
+    """Exponent 2 − q: between a sharp-edged orifice and a long port."""
     return coefficient * w * abs(w) * (abs(w) / speed + 1e-3) ** (-q)
 
 
@@ -106,7 +106,7 @@ def wen_step(h, dz, a, beta, gamma, n):
 
 @compiled
 def seal_friction(f_c, z, w, q, speed, stroke):
-    """Dry friction of a seal on a tube that is not equally tight everywhere."""
+    """Dry friction of a seal on a tube whose tightness varies along the stroke."""
     return f_c * tanh(w / (0.002 * speed)) * (1.0 + q * sin(4.0 * z / stroke + 1.0))
 
 
@@ -147,7 +147,7 @@ def gas(f0, length, n, z, temperature, q):
 
 @compiled
 def bump_stop(k, z_max, z, q, stroke):
-    """A rubber stop, a little nearer on one side, stiffening as it is squeezed."""
+    """A rubber stop, a little nearer on one side, stiffening under compression."""
     out = max(0.0, z - z_max * (1.0 + 0.1 * q))
     back = max(0.0, -z - z_max * (1.0 - 0.1 * q))
     if q == 0.0:

@@ -1,4 +1,4 @@
-"""Where each element's numbers stand in the flat vector that the compiled specimen reads."""
+"""Places of each element's parameters in the flat vector of the compiled specimen."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ CATALOGUE: dict[str, dict[str, tuple[str, ...]]] = {
     },
 }
 
-# What no element of the catalogue describes: real machines' oddities, as unlike each other as they come.
+# Effects of real machines that no element of the catalogue describes.
 UNKNOWNS: dict[str, tuple[str, ...]] = {
     "relaxation_branch": ("k", "tau"),
     "fractional_damping": ("c", "order"),
@@ -67,7 +67,7 @@ UNKNOWNS: dict[str, tuple[str, ...]] = {
     "load_cell_creep": ("gain", "tau"),
 }
 
-# Groups of elements that the compiled specimen passes over where none of them is switched on.
+# Groups of elements that the compiled specimen skips where none of them is switched on.
 GROUPS: tuple[frozenset[str], ...] = (
     frozenset(
         {
@@ -92,7 +92,7 @@ def _offsets() -> dict[str, int]:
     offsets, at = {}, len(SCALES) + len(GROUPS)
     for element, names in PARAMETERS.items():
         offsets[element] = at
-        at += len(names) + 2  # a switch first, the departure from the textbook form last
+        at += len(names) + 2  # the switch is first, the departure from the textbook form last
     return offsets
 
 
@@ -101,7 +101,7 @@ SIZE = max(OFFSET[e] + len(p) + 2 for e, p in PARAMETERS.items())
 
 
 def slot(element: str, parameter: str) -> int:
-    """Place of one number; ``on`` is the switch, ``departure`` scales what the textbook form leaves out."""
+    """Place of one number; ``on`` is the switch, ``departure`` is the departure from the textbook form."""
     if parameter == "on":
         return OFFSET[element]
     names = (*PARAMETERS[element], "departure")
@@ -109,7 +109,7 @@ def slot(element: str, parameter: str) -> int:
 
 
 def pack(elements: Elements, scales: tuple[float, float, float, float]) -> NDArray[np.float64]:
-    """Lay the elements out in one float64 vector; what is not named is switched off and zero."""
+    """The elements as one float64 vector; elements that are not given are switched off and zero."""
     vector = np.zeros(SIZE)
     vector[: len(SCALES)] = scales
     vector[len(SCALES) : len(SCALES) + len(GROUPS)] = [bool(group & set(elements)) for group in GROUPS]

@@ -55,7 +55,7 @@ MEMORY = OFFSET["peak_speed_memory"]
 BUTTERFLY = OFFSET["leaf_spring_butterfly"]
 LEAK = OFFSET["delayed_leak"]
 
-# Places in the state vector.
+# Indices in the state vector.
 H, BRISTLE, TRAVEL, DIRECTION, LAGGED, SETTLED, PLAY_0, BRANCH, LADDER, HEAT, PEAK, LATE, LEAF, AGE, RATE = (
     *range(7),
     *range(9, 11),
@@ -63,9 +63,9 @@ H, BRISTLE, TRAVEL, DIRECTION, LAGGED, SETTLED, PLAY_0, BRANCH, LADDER, HEAT, PE
 )
 LAST_CURRENT = 21
 STATES = 22
-RUNGS = 4
+LADDER_BRANCHES = 4
 CONTACT_N_M, CONTACT_N_S_M = 3.0e7, 3.0e3
-NEW, OLD = 0.55, 0.45  # the trapezium leans a little on the new speed, so that contact does not ring
+NEW, OLD = 0.55, 0.45  # weights near the trapezoidal rule, damped so that contact does not ring
 
 
 @inlined
@@ -89,7 +89,7 @@ def control_step(p, s, i, i_delayed, dt):
 
 @inlined
 def domain_wall_play(p, s, u):
-    """Three plays of unlike width: the rounded loop of a real magnetic circuit."""
+    """Three play operators of different width: the rounded loop of a magnetic circuit."""
     width, q = p[HYSTERESIS + 1], p[HYSTERESIS + 2]
     total = 0.0
     for j in range(3):
@@ -100,7 +100,7 @@ def domain_wall_play(p, s, u):
 
 @inlined
 def viscous_like(p, w, u):
-    """Sum of the core's terms that need no memory and no position."""
+    """Sum of the core's terms that depend on velocity only."""
     speed, f = p[SPEED], 0.0
     if p[VISCOUS] != 0.0:
         f += laws.shear_thinning(p[VISCOUS + 1] + p[VISCOUS + 2] * u, w, p[VISCOUS + 3], speed)
@@ -175,21 +175,21 @@ def spring_like(p, z, temperature):
 
 
 @inlined
-def rung(p, j):
-    """Stiffness and time constant of one branch of the ladder that makes a fractional derivative."""
+def ladder_branch(p, j):
+    """Stiffness and time constant of one branch of the ladder that approximates a fractional derivative."""
     tau = 0.006 * 6.0**j
     return p[FRACTIONAL + 1] * tau ** (-p[FRACTIONAL + 2]), tau
 
 
 @inlined
 def odd_terms(p, s, z, dz, w, a, dt):
-    """Sum of the terms outside the catalogue, but for those that act on the whole force."""
+    """Sum of the terms outside the catalogue, except those that act on the whole force."""
     f = 0.0
     if p[RELAXATION] != 0.0:
         f += (s[BRANCH] + p[RELAXATION + 1] * dz) * exp(-dt / p[RELAXATION + 2])
     if p[FRACTIONAL] != 0.0:
-        for j in range(RUNGS):
-            k, tau = rung(p, j)
+        for j in range(LADDER_BRANCHES):
+            k, tau = ladder_branch(p, j)
             f += (s[LADDER + j] + k * dz) * exp(-dt / tau)
     if p[COGGING] != 0.0:
         f += p[COGGING + 1] * np.sin(2.0 * np.pi * z / p[COGGING + 2] + p[COGGING + 3])
@@ -225,7 +225,7 @@ def core_force(p, s, z, dz, w, u, temperature, a, dt):
 
 @compiled
 def mount_force(p, e, e_dot):
-    """What the mount carries at the extension e; through a worn joint only push or pull, never suction."""
+    """Force of the mount at extension e; a worn joint transmits no force of the wrong sign."""
     k, c, q = CONTACT_N_M, CONTACT_N_S_M, 0.0
     if p[SERIES] != 0.0:
         k, c, q = p[SERIES + 1], p[SERIES + 2], p[SERIES + 3]
@@ -268,7 +268,7 @@ def core_speed(p, s, z, w, x1, v1, guess, u, temperature, a, dt):
 
 @inlined
 def settle(p, s, z0, z, w, f, i, dt):
-    """Commit the memory of every element at the end of a fine step."""
+    """Update the states of all elements at the end of a fine step."""
     dz = z - z0
     if p[RUBBED] == 0.0 and p[MODIFIED] == 0.0 and p[ODD] == 0.0:
         return
@@ -287,8 +287,8 @@ def settle_odd(p, s, z0, z, dz, w, f, i, dt):
     if p[RELAXATION] != 0.0:
         s[BRANCH] = (s[BRANCH] + p[RELAXATION + 1] * dz) * exp(-dt / p[RELAXATION + 2])
     if p[FRACTIONAL] != 0.0:
-        for j in range(RUNGS):
-            k, tau = rung(p, j)
+        for j in range(LADDER_BRANCHES):
+            k, tau = ladder_branch(p, j)
             s[LADDER + j] = (s[LADDER + j] + k * dz) * exp(-dt / tau)
     if p[BUTTERFLY] != 0.0:
         s[LEAF] = laws.dahl_step(s[LEAF], dz, 1.0 / p[BUTTERFLY + 2], 1.0, 0.0)
@@ -308,7 +308,8 @@ def settle_odd(p, s, z0, z, dz, w, f, i, dt):
 
 @compiled
 def integrate(p, x, v, a, current, temperature, fine, delay, dt):
-    """Force at every fine instant, N. `x`, `v`, `a` are fine rows; current is held and temperature shared a sample."""
+    """Force at every fine instant, N. `x`, `v`, `a` are on the fine grid;
+    current and temperature are constant over a sample."""
     s = np.zeros(STATES)
     s[AGE] = 1e9
     i = current[0]

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 Row = NDArray[np.float64]
 
 RATE_HZ = 1000.0
-LEAD_SAMPLES = 500  # the machine already moves when the record begins
+LEAD_SAMPLES = 500  # motion before the record begins
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
-    """What the rig does in one run: `lines[k]` is the complex amplitude of harmonic k of the displacement, m."""
+    """The motion of one run: `lines[k]` is the complex amplitude of harmonic k of the displacement, m."""
 
     kind: str
     lines: NDArray[np.complex128]
@@ -27,7 +27,7 @@ class Experiment:
 
 
 def fine_motion(experiment: Experiment, fine: int, start: int, samples: int) -> tuple[Row, Row, Row]:
-    """Displacement, speed, acceleration at `fine` instants a sample, the lead first; exact derivatives."""
+    """Displacement, speed, acceleration at `fine` instants a sample, including the lead; exact derivatives."""
     size = experiment.period_samples * fine
     omega = 2j * np.pi * np.arange(experiment.lines.size) * RATE_HZ / experiment.period_samples
     at = np.arange((start - LEAD_SAMPLES) * fine, (start + samples) * fine) % size
@@ -44,7 +44,7 @@ def _padded(lines: NDArray[np.complex128], size: int) -> NDArray[np.complex128]:
 def scaled(
     lines: NDArray[np.complex128], period_samples: int, stroke_m: float, speed_m_s: float
 ) -> NDArray[np.complex128]:
-    """Lines scaled until the displacement or the speed meets its limit."""
+    """Lines scaled until the displacement or the speed reaches its limit."""
     omega = 2j * np.pi * np.arange(lines.size) * RATE_HZ / period_samples
     x = np.fft.irfft(_padded(lines, period_samples), n=period_samples)
     v = np.fft.irfft(_padded(lines * omega, period_samples), n=period_samples)
@@ -72,7 +72,7 @@ def sine_lines(rng: np.random.Generator) -> NDArray[np.complex128]:
 
 
 def triangle_lines(rng: np.random.Generator, corner_harmonic: int) -> NDArray[np.complex128]:
-    """A triangle whose corners an actuator has rounded: Lanczos' factors up to `corner_harmonic`."""
+    """A triangle with rounded corners: Lanczos' factors up to `corner_harmonic`."""
     k = np.arange(corner_harmonic + 1)
     odd = k % 2 == 1
     amplitude = np.where(odd, np.sinc(k / (corner_harmonic + 1.0)) / np.maximum(k, 1) ** 2, 0.0)
@@ -91,7 +91,7 @@ def multisine_current(rng: np.random.Generator, period_samples: int, samples: in
 
 
 def stepped_current(rng: np.random.Generator, samples: int, low: float, high: float) -> Row:
-    """Levels held 0.3 to 1.6 s each, never twice nearly the same."""
+    """Levels held 0.3 to 1.6 s each, consecutive ones clearly different."""
     row = np.empty(LEAD_SAMPLES + samples)
     at, level = 0, rng.uniform(low, high)
     while at < row.size:
@@ -104,7 +104,7 @@ def stepped_current(rng: np.random.Generator, samples: int, low: float, high: fl
 
 
 def drifting_temperature(rng: np.random.Generator, samples: int, start_c: float) -> Row:
-    """Warming or cooling by up to a kelvin and a half over the run, with a slow wave on it."""
+    """Warming or cooling by up to a kelvin and a half over the run, plus a slow wave."""
     share = np.arange(-LEAD_SAMPLES, samples) / samples
     wave = rng.uniform(0.0, 0.15) * np.sin(2 * np.pi * (rng.uniform(0.5, 1.5) * share + rng.uniform()))
     return start_c + rng.uniform(-0.5, 1.5) * share + wave
@@ -112,7 +112,7 @@ def drifting_temperature(rng: np.random.Generator, samples: int, start_c: float)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Envelope:
-    """What the machine is tested within."""
+    """Limits of the tests of a machine."""
 
     stroke_m: float
     speed_m_s: float
@@ -125,7 +125,7 @@ class Envelope:
 
 
 def campaign(rng: np.random.Generator, envelope: Envelope) -> tuple[list[Experiment], list[Experiment]]:
-    """Six training experiments and two held-out ones, alike in kind but never the same motion."""
+    """Six training experiments and two held-out ones, of the same kinds with other motions."""
     training = [
         _multisine(rng, envelope, level=rng.uniform(0.25, 0.5), reach=rng.uniform(2.0, 5.0), wave=True),
         _multisine(rng, envelope, level=rng.uniform(0.9, 1.0), reach=rng.uniform(1.5, 4.0), wave=True),
@@ -150,12 +150,12 @@ def campaign(rng: np.random.Generator, envelope: Envelope) -> tuple[list[Experim
 
 
 def sines(rng: np.random.Generator, envelope: Envelope, count: int) -> list[Experiment]:
-    """Sines of different level and frequency, current held: what an old test programme has."""
+    """Sines of different level and frequency, current held, as in a conventional test programme."""
     return _warmed(rng, [_sine(rng, envelope, level=rng.uniform(0.15, 1.0), wave=False) for _ in range(count)])
 
 
 def extra_run(rng: np.random.Generator, envelope: Envelope) -> Experiment:
-    """One more multisine or sine beside those of the campaign."""
+    """A multisine or sine in addition to the campaign."""
     if rng.random() < 0.5:
         one = _multisine(rng, envelope, level=rng.uniform(0.3, 1.0), reach=rng.uniform(1.0, 5.0), wave=True)
     else:
@@ -202,7 +202,7 @@ def _triangle(rng: np.random.Generator, envelope: Envelope) -> Experiment:
 
 
 def _stepped(rng: np.random.Generator, envelope: Envelope) -> Experiment:
-    """A sine or multisine in displacement while the current steps: no period as a whole."""
+    """A sine or multisine in displacement while the current steps: not periodic as a whole."""
     level = rng.uniform(0.5, 0.9)
     moving = (
         _sine(rng, envelope, level=level, wave=False)

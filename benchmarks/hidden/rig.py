@@ -1,4 +1,4 @@
-"""The rig: runs the specimen through an experiment, the sensor path included, and writes down what it measures."""
+"""The rig: simulates the specimen and the sensor path in an experiment and records the channels."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TEMPERATURE_NOISE_C = 0.02
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Specimen:
-    """A machine as it is: its elements with their departures, and the scales that the departures refer to."""
+    """A real machine: elements with their departures, and the scales of the departures."""
 
     elements: Elements
     scales: tuple[float, float, float, float]  # m/s, m, A, N
@@ -27,7 +27,7 @@ class Specimen:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prepared:
-    """One experiment on a fine grid, ready to be simulated again and again."""
+    """One experiment on a fine grid, ready to be simulated repeatedly."""
 
     motion: tuple[Row, Row, Row]
     current: Row
@@ -35,7 +35,7 @@ class Prepared:
     fine: int
     start: int  # sample of the record at which it begins
     samples: int
-    hum_turns: float  # where the mains stood when the record began, in turns
+    hum_turns: float  # phase of the mains at the start of the record, in turns
 
 
 def prepared(experiment: Experiment, fine: int, hum_turns: float, start: int = 0, samples: int = 0) -> Prepared:
@@ -79,7 +79,7 @@ def _sensed(elements: Elements, fine_force: Row, run: Prepared) -> Row:
 
 
 def _sampled(delay: Values | None, fine_force: Row, run: Prepared) -> Row:
-    """Every `fine`-th value, later by the channel's skew; a departure spreads the skew as a filter would."""
+    """Every `fine`-th value, delayed by the channel's skew; the departure smears it like a filter."""
     at = np.arange(LEAD_SAMPLES + run.samples) * float(run.fine)
     if delay is None:
         return fine_force[:: run.fine]
@@ -96,20 +96,20 @@ def _crept(creep: Values, force: Row) -> Row:
 
 
 def _inertia(mass: Values, run: Prepared) -> Row:
-    """m·a, a departure tilting it as a fixture that is a little loose does."""
+    """m·a, the departure is the effect of a slightly loose fixture."""
     a = run.motion[2][LEAD_SAMPLES * run.fine :: run.fine]
     q = mass.get("departure", 0.0)
     return np.asarray(mass["m"] * a * (1.0 + q * np.tanh(a / (np.std(a) + 1e-300))))
 
 
 def _drift(drift: Values, t: Row) -> Row:
-    """An amplifier that warms up: exponential, so that the rate falls; a departure of 0 is a straight line."""
+    """An amplifier that warms up: exponential with a falling rate; departure 0 is a straight line."""
     rate, q = drift["rate"], drift.get("departure", 0.0)
     return np.asarray(rate * t if q == 0.0 else rate * -np.expm1(-q * t / 20.0) * 20.0 / q)
 
 
 def _hum(hum: Values, t: Row, turns: float) -> Row:
-    """Mains with a little of the third harmonic, its frequency not quite the same from run to run."""
+    """Mains with a small third harmonic; the frequency varies slightly from run to run."""
     q = hum.get("departure", 0.0)
     frequency = hum["frequency"] + 0.02 * q * np.cos(17.0 * turns)
     angle = 2 * np.pi * (frequency * t + turns)
@@ -118,7 +118,7 @@ def _hum(hum: Values, t: Row, turns: float) -> Row:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensors:
-    """Standard deviations of what the channels add, and the name of the specimen."""
+    """Standard deviations of the noise of the channels, and the name of the specimen."""
 
     specimen: str
     force_n: float
@@ -129,7 +129,7 @@ class Sensors:
 def recorded(
     rng: np.random.Generator, sensors: Sensors, experiment: Experiment, run: Prepared, truth: Row, run_id: str
 ) -> Run:
-    """The run as measured: noise on every channel, an absent current channel for a passive machine."""
+    """The run as measured: noise on every channel, no current channel for a passive machine."""
     x = run.motion[0][LEAD_SAMPLES * run.fine :: run.fine]
     size = experiment.samples
     channels = {

@@ -1,4 +1,4 @@
-"""A machine on its campaign, and effects sized so that they show on it."""
+"""A machine with its campaign, and effects sized to be visible in it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Sized = tuple[Effect, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scene:
-    """A machine on its campaign, with the tools that size what is hidden in it."""
+    """A machine with its campaign, and what is needed to size hidden effects."""
 
     machine: Machine
     training: list[Experiment]
@@ -34,9 +34,9 @@ class Scene:
     base_force: Row
     basis: NDArray[np.float64]  # orthonormal columns that span the base's tangents
     noise_share: float
-    real_base: Elements  # the base with its small departure from the textbook
+    real_base: Elements  # the base with its small departure from the textbook form
 
-    def leaves(self, elements: Elements) -> tuple[float, float]:
+    def unabsorbed_and_added(self, elements: Elements) -> tuple[float, float]:
         """(rms outside the base's tangents in units of the noise, rms added in units of the base force)."""
         force = self.pilot.force(elements)
         difference = force - self.base_force
@@ -45,7 +45,7 @@ class Scene:
 
 
 def scene_of(rng: np.random.Generator, machine: Machine) -> Scene:
-    """Draw a campaign for the machine and what its base model can absorb there."""
+    """Draw a campaign for the machine, and the tangents of its base model in it."""
     training, held_out = campaign(rng, machine.envelope)
     turns = rng.uniform(size=len(training) + len(held_out))
     pilot = pilot_of(training, turns[: len(training)], machine.scales)
@@ -67,23 +67,23 @@ def scene_of(rng: np.random.Generator, machine: Machine) -> Scene:
 
 
 def departed(scene: Scene, departure: float, target: float) -> Elements:
-    """The base with its curve departed from the textbook until the refit leaves `target` times the noise."""
+    """The base with a departure of its curve at which a refit leaves `target` times the noise."""
     curve = scene.machine.curve
     for _ in range(4):
         elements = {**scene.machine.elements, curve: {**scene.machine.elements[curve], "departure": departure}}
-        left, _ = scene.leaves(elements)
+        left, _ = scene.unabsorbed_and_added(elements)
         departure = min(departure * float(np.clip(target / max(left, 1e-9), 0.1, 8.0)), LARGEST_DEPARTURE)
     return elements
 
 
 def sized_on(rng: np.random.Generator, scene: Scene, effect: Effect) -> Sized | None:
-    """The effect with the multiple at which a refit of the base leaves between 3.5 and 10 times the noise."""
+    """The effect, and its multiple at which a refit of the base leaves 3.5 to 10 times the noise."""
     target = float(np.exp(rng.uniform(np.log(3.6), np.log(10.0))))
     multiple, tried = 1.0, 1.0
     left = share = 0.0
     for _ in range(7):
         tried = multiple
-        left, share = scene.leaves({**scene.real_base, **effect.sized(tried)})
+        left, share = scene.unabsorbed_and_added({**scene.real_base, **effect.sized(tried)})
         if abs(left / target - 1.0) < 0.1 and share < LARGEST_SHARE:
             break
         multiple = min(tried * float(np.clip(target / max(left, 1e-6), 0.15, 6.0)), effect.largest)
@@ -92,7 +92,7 @@ def sized_on(rng: np.random.Generator, scene: Scene, effect: Effect) -> Sized | 
 
 
 def _shows_on_held_out(scene: Scene, effect: Effect, multiple: float) -> bool:
-    """Whether the effect changes the force of the held-out runs by twice the noise at least."""
+    """Whether the effect changes the force of the held-out runs by at least twice the noise."""
     before = scene.held_pilot.force(scene.real_base)
     after = scene.held_pilot.force({**scene.real_base, **effect.sized(multiple)})
     return rms(after - before) > LEAST_ON_HELD_OUT * scene.noise_share * rms(scene.base_force)

@@ -1,4 +1,4 @@
-"""How much of an effect a refit of the base could not absorb, on a coarse copy of the campaign."""
+"""The part of an effect that a refit of the base cannot absorb, on a coarse copy of the campaign."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ Free = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pilot:
-    """The middle seconds of each training run, on two steps a sample."""
+    """The middle seconds of each training run, with two steps a sample."""
 
     runs: tuple[Prepared, ...]
     scales: tuple[float, float, float, float]
 
     def force(self, elements: Elements) -> Row:
-        """True force of all runs in one row, N."""
+        """True force of all runs in one array, N."""
         specimen = Specimen(elements=elements, scales=self.scales)
         return np.concatenate([true_force(specimen, run) for run in self.runs])
 
@@ -57,14 +57,14 @@ def _changed(elements: Elements, place: tuple[str, str], factor: float) -> Eleme
 
 
 def basis_of(tangents: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Orthonormal columns that span the tangents, near-dependent ones left out."""
+    """Orthonormal columns that span the tangents, without nearly dependent ones."""
     norms = np.linalg.norm(tangents, axis=0)
     u, s, _ = np.linalg.svd(tangents[:, norms > 0] / norms[norms > 0], full_matrices=False)
     return np.asarray(u[:, s > 1e-6 * s[0]])
 
 
 def unabsorbed(basis: NDArray[np.float64], difference: Row) -> Row:
-    """What of a force difference lies outside the span."""
+    """The part of a force difference outside the span."""
     return np.asarray(difference - basis @ (basis.T @ difference))
 
 
@@ -74,7 +74,7 @@ def rms(row: Row) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fit:
-    """Where a fit ended: what it leaves, N, with which elements, and the tangents near there."""
+    """Result of a fit: residual, N, elements, and tangents near them."""
 
     residual: Row
     elements: Elements
@@ -82,7 +82,7 @@ class Fit:
 
 
 def refitted(pilot: Pilot, target: Row, start: Elements, free: Free, rounds: int = 3) -> Fit:
-    """Gauss–Newton from `start`: tangents anew each round, never uphill, ended by a round that gains under 2 %."""
+    """Gauss–Newton from `start`: new tangents each round, residual never larger, until a round gains under 2 %."""
     elements, residual = start, target - pilot.force(start)
     for _ in range(rounds):
         before = rms(residual)

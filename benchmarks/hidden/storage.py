@@ -1,4 +1,4 @@
-"""A case on disk: what the workflow is given, and beside it the truth that only the judge opens."""
+"""Writes a case: the input of the workflow, and the truth for the evaluation."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def write_case(case: Case, directory: str | os.PathLike[str]) -> Path:
 
 
 def truth_of(case: Case) -> dict[str, object]:
-    """Everything about a case but its samples, ready for JSON."""
+    """Everything about a case except its samples, as JSON values."""
     return {
         "seed": case.seed,
         "kind": case.kind,

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import SimulationError
-from identification.physical.control import effective_current
-from identification.physical.elements import Code
+from identification.physical.elements.equations.control import effective_current
 from identification.physical.model import Element, Model, Parameter
 from identification.physical.motion import Motion
 from identification.physical.simulate import simulate, without_hum
@@ -113,7 +112,10 @@ def in_phase(model: Model, record: Record) -> Model:
     rest = record.force - simulate(without_hum(model), record.motion).force
     if record.simulated is not None:
         rest = rest - record.simulated
-    elements = [Element(e.name, _turned(e, rest, record)) if e.spec.code == Code.HUM else e for e in model.elements]
+    elements = [
+        Element(e.name, _turned(e, rest, record)) if any(p.of_run for p in e.spec.parameters) else e
+        for e in model.elements
+    ]
     return replace(model, elements=tuple(elements))
 
 

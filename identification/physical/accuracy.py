@@ -71,14 +71,14 @@ def _compared(model: Model, coarse: Floats, fine: Floats) -> NumericalError:
 
 
 def _order(model: Model) -> int:
-    events = any(
-        (e.spec.memory and e.spec.path == "core") or e.name == "free_play" or _jumps(e) for e in model.elements
-    )
-    return _EVENTS if events else _SMOOTH
+    return _EVENTS if any(_has_events(e) for e in model.elements) else _SMOOTH
 
 
-def _jumps(e: Element) -> bool:
-    return e.name in ("coulomb_friction", "stribeck_friction") and e.value("w_r") == 0.0
+def _has_events(e: Element) -> bool:
+    """Whether the element makes the force jump, opens a contact, or remembers."""
+    jumps = e.spec.smooth_over is not None and e.value(e.spec.smooth_over) == 0.0
+    play = any(p.place == "gap" for p in e.spec.parameters)
+    return jumps or play or (e.spec.memory and e.spec.path == "core")
 
 
 def _halved(motion: Motion) -> Motion:

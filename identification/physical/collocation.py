@@ -14,15 +14,28 @@ takes the step by the method that brackets its solution.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.physical.compiled import compiled, inlined, pasted
 from identification.physical.core import core_force
-from identification.physical.lanes import ACCELERATION, AMPLITUDE, TEMPERATURE, U, core_values
-from identification.physical.mount import C2, C_CONTROL, K2, C, K
+from identification.physical.elements.equations.point import Point
+from identification.physical.program import (
+    BRANCH,
+    CHANGE,
+    EVERYTHING,
+    EXPECTED,
+    FIRST_RATE,
+    RATE,
+    TOLERANCE,
+    E,
+)
 from identification.physical.stage import MET
+from identification.physical.stages import ACCELERATION, AMPLITUDE, TEMPERATURE, U, core_values
+
+Floats = NDArray[np.float64]
 
 _ROOT6 = np.sqrt(6.0)
 _NODES = np.array([(4.0 - _ROOT6) / 10.0, (4.0 + _ROOT6) / 10.0, 1.0])
@@ -39,26 +52,34 @@ _ITERATIONS = 30
 X, V = 0, 1  # columns of the stages
 
 
-def collocation_space(columns: int, substeps: int) -> tuple[Any, ...]:  # Any: a nest of arrays, opaque outside
-    """Arrays that one run works in; `prepare` fills the first four."""
-    return (
-        np.zeros((3, 3)),  # h a_ij
-        np.zeros((3, 3)),  # f2_i by r_j
-        np.zeros(3),  # f2_i by the branch's force at the beginning of the step
-        np.zeros((substeps, 3, 7)),  # share of the sample interval at each stage, and the weights of the motion there
-        np.zeros((3, 4)),  # what drives the core at each stage beside the motion
-        np.zeros(3),  # r_i of the last step
-        np.zeros((3, 2)),  # x and v at each stage
-        np.zeros((2, 3)),  # slopes of the core's force by z and w at each stage
-        np.zeros((3, columns)),  # what each residual owes to the parameters; room for `explicit`
-        np.zeros((3, 3)),  # force of the mount by r_j
-    )
+class Nodes(NamedTuple):
+    """Arrays that one run of the collocation works in; `prepare` fills those that stay."""
+
+    h_a: Floats  # (3, 3) h a_ij
+    by_rate: Floats  # (3, 3) f2_i by r_j
+    by_force: Floats  # (3,) f2_i by the branch's force at the beginning of the step
+    shape: Floats  # (S, 3, 7) share of the sample interval at each stage, and the weights of the motion there
+    driver: Floats  # (3, 4) what drives the core at each stage beside the motion
+    rate: Floats  # (3,) r_i of the last step
+    stage: Floats  # (3, 2) x and v at each stage
+    slope: Floats  # (2, 3) slopes of the core's force by z and w at each stage
+    rows: Floats  # (3, M) what each residual owes to the parameters; room for `explicit`
+    m: Floats  # (3, 3) force of the mount by r_j
+
+
+def nodes_of(columns: int, substeps: int) -> Nodes:
+    """Arrays for a run with so many columns of the gradient and steps to a sample."""
+    return Nodes(
+        h_a=np.zeros((3, 3)), by_rate=np.zeros((3, 3)), by_force=np.zeros(3), shape=np.zeros((substeps, 3, 7)),
+        driver=np.zeros((3, 4)), rate=np.zeros(3), stage=np.zeros((3, 2)), slope=np.zeros((2, 3)),
+        rows=np.zeros((3, columns)), m=np.zeros((3, 3)),
+    )  # fmt: skip
 
 
 @compiled
-def prepare(mount, dt, substeps, space):
+def prepare(mount, dt, substeps, nodes):
     """Fills what does not change from step to step."""
-    h_a, by_rate, by_force, shape = space[0], space[1], space[2], space[3]
+    h_a, by_rate, by_force, shape = nodes.h_a, nodes.by_rate, nodes.by_force, nodes.shape
     h = dt / substeps
     for i in range(3):
         for j in range(3):
@@ -72,8 +93,8 @@ def prepare(mount, dt, substeps, space):
             shape[sub, i, 4] = 6.0 * q * (1.0 - q) / dt
             shape[sub, i, 5] = (3.0 * q - 1.0) * (q - 1.0)
             shape[sub, i, 6] = q * (3.0 * q - 2.0)
-    if mount[K2] > 0.0:  # f2 = f2_start + k2 h A (r − f2/c2)
-        s = mount[K2] / mount[C2]
+    if mount.k2 > 0.0:  # f2 = f2_start + k2 h A (r − f2/c2)
+        s = mount.k2 / mount.c2
         inverse = _inverse(
             1.0 + s * h_a[0, 0], s * h_a[0, 1], s * h_a[0, 2], s * h_a[1, 0], 1.0 + s * h_a[1, 1], s * h_a[1, 2],
             s * h_a[2, 0], s * h_a[2, 1], 1.0 + s * h_a[2, 2],
@@ -82,10 +103,10 @@ def prepare(mount, dt, substeps, space):
             a, b, c = inverse[9] * inverse[3 * i], inverse[9] * inverse[3 * i + 1], inverse[9] * inverse[3 * i + 2]
             by_force[i] = a + b + c
             for j in range(3):
-                by_rate[i, j] = mount[K2] * (a * h_a[0, j] + b * h_a[1, j] + c * h_a[2, j])
+                by_rate[i, j] = mount.k2 * (a * h_a[0, j] + b * h_a[1, j] + c * h_a[2, j])
     for i in range(3):
         for j in range(3):
-            space[9][i, j] = mount[K] * h_a[i, j] + by_rate[i, j]
+            nodes.m[i, j] = mount.k * h_a[i, j] + by_rate[i, j]
 
 
 @inlined
@@ -112,20 +133,20 @@ def _times(inverse, g0, g1, g2):
 
 
 @inlined
-def _place(motion, i, shape, stage, driver, driven):
-    """The velocity at the three stages; with `driven` 1 also position and current, with 2 all that drives a core."""
-    x, v, u, temperature, a, v_m, _ = motion
+def _place(core, drive, i, shape, nodes):
+    """The velocity at the three stages; where the core is driven by more, that too."""
+    x, v, u, stage, driver = drive.x, drive.v, drive.u, nodes.stage, nodes.driver
     dx = x[i + 1] - x[i]
     for s in range(3):
         q = shape[s, 0]
         stage[s, V] = shape[s, 4] * dx + shape[s, 5] * v[i] + shape[s, 6] * v[i + 1]
-        if driven > 0:
+        if core.driven > 0:
             stage[s, X] = x[i] + shape[s, 1] * dx + shape[s, 2] * v[i] + shape[s, 3] * v[i + 1]
             driver[s, U] = u[i] + q * (u[i + 1] - u[i])
-        if driven > 1:
-            driver[s, TEMPERATURE] = temperature[i] + q * (temperature[i + 1] - temperature[i])
-            driver[s, ACCELERATION] = a[i] + q * (a[i + 1] - a[i])
-            driver[s, AMPLITUDE] = v_m[i] + q * (v_m[i + 1] - v_m[i])
+        if core.driven == EVERYTHING:
+            driver[s, TEMPERATURE] = drive.temperature[i] + q * (drive.temperature[i + 1] - drive.temperature[i])
+            driver[s, ACCELERATION] = drive.a[i] + q * (drive.a[i + 1] - drive.a[i])
+            driver[s, AMPLITUDE] = drive.v_m[i] + q * (drive.v_m[i + 1] - drive.v_m[i])
 
 
 @inlined
@@ -151,14 +172,16 @@ def _slopes(cm, f_z, f_w, h_a, m):
 
 
 @pasted
-def collocate(program, mount, mount_column, motion, i, sub, state, du, sens, de, work, grads, space, wanted):
+def collocate(core, drive, mounting, at, space, nodes, wanted):
     """A step as `mounted._step` takes it; returns whether it converged, and leaves all as it was where it did not."""
-    codes, offsets, p, column = program[0], program[1], program[2], program[3]
-    h_a, by_rate, by_force, shapes, driver, rate, stage, slope, rows, m = space
-    trial, _, _, dp, dm = work
-    shape, changed = shapes[sub], program[4] or program[7]
-    _place(motion, i, shape, stage, driver, program[8])
-    k, c, by_u, e0, f2, tolerance = mount[K], mount[C], mount[C_CONTROL], state[0], state[6], state[4]
+    i, sub, _ = at
+    mount, state, work = mounting[0], space.carried.state, space.work
+    h_a, by_rate, by_force, driver, rate, stage, m = (
+        nodes.h_a, nodes.by_rate, nodes.by_force, nodes.driver, nodes.rate, nodes.stage, nodes.m,
+    )  # fmt: skip
+    shape, changed = nodes.shape[sub], core.modified or core.rare
+    _place(core, drive, i, shape, nodes)
+    k, c, by_u, e0, f2, tolerance = mount.k, mount.c, mount.c_control, state[E], state[BRANCH], state[TOLERANCE]
     cm = (c + by_u * driver[0, U], c + by_u * driver[1, U], c + by_u * driver[2, U])
     base0, base1, base2 = k * e0 + by_force[0] * f2, k * e0 + by_force[1] * f2, k * e0 + by_force[2] * f2
     r = (rate[0], rate[1], rate[2])
@@ -167,11 +190,11 @@ def collocate(program, mount, mount_column, motion, i, sub, state, du, sens, de,
     z = (0.0, 0.0, 0.0)
     while not ready and iterations < _ITERATIONS:
         iterations += 1
-        if program[8] > 0:  # else the force does not depend on the position
+        if core.driven > 0:  # else the force does not depend on the position
             a0, a1, a2 = _along(0, h_a, r), _along(1, h_a, r), _along(2, h_a, r)
             z = (stage[0, X] - e0 - a0, stage[1, X] - e0 - a1, stage[2, X] - e0 - a2)
         w = (stage[0, V] - r[0], stage[1, V] - r[1], stage[2, V] - r[2])
-        f, f_z, f_w = core_values(codes, offsets, p, z, w, driver, trial, dp, dm, changed)
+        f, f_z, f_w = core_values(core, z, w, driver, work.trial, work, changed)
         g0 = f[0] - base0 - cm[0] * r[0] - _along(0, m, r)
         g1 = f[1] - base1 - cm[1] * r[1] - _along(1, m, r)
         g2 = f[2] - base2 - cm[2] * r[2] - _along(2, m, r)
@@ -193,71 +216,88 @@ def collocate(program, mount, mount_column, motion, i, sub, state, du, sens, de,
     if ready:
         rate[0], rate[1], rate[2] = r
         if wanted:
-            for s in range(3):
-                w, e = stage[s, V] - rate[s], e0 + _along(s, h_a, r)
-                _, f_z, f_w, f_u, _ = core_force(
-                    codes, offsets, p, stage[s, X] - e, w, 1.0 if w > 0 else -1.0, driver[s, U], driver[s, TEMPERATURE],
-                    driver[s, ACCELERATION], driver[s, AMPLITUDE], trial, dp, dm, program[4], program[7], True,
-                )  # fmt: skip
-                slope[0, s], slope[1, s] = f_z, f_w
-                _explicit(rows, s, column, mount_column, p, dp, f_u - by_u * rate[s], du, i, shape[s, 0], e, rate[s],
-                          driver[s, U])  # fmt: skip
-            f_z, f_w = (slope[0, 0], slope[0, 1], slope[0, 2]), (slope[1, 0], slope[1, 1], slope[1, 2])
-            inverse = _slopes(cm, f_z, f_w, h_a, m)
-            _carry(inverse, mount, mount_column, f_z, space, f2, sens, codes.size, de, grads[1])
-        state[0], state[5] = e0 + _along(2, h_a, r), r[2]
-        state[6] = by_force[2] * f2 + _along(2, by_rate, r)
-        state[3], state[7], state[8] = r[2], r[2], 0.0
+            _sensitivities(core, drive, mounting, i, space, nodes, shape)
+        state[E], state[RATE] = e0 + _along(2, h_a, r), r[2]
+        state[BRANCH] = by_force[2] * f2 + _along(2, by_rate, r)
+        state[EXPECTED], state[FIRST_RATE], state[CHANGE] = r[2], r[2], 0.0
     return ready
 
 
 @inlined
-def _explicit(rows, s, column, mount_column, p, dp, by_current, du, i, q, e, r, u):
-    """What the residual of a stage owes to the parameters directly: core, control and the mount's spring and damper."""
-    for j in range(rows.shape[1]):
-        rows[s, j] = 0.0
-    for j in range(p.size):
-        if column[j] >= 0:
-            rows[s, column[j]] += dp[j]
-    for j in range(du.shape[0]):
-        rows[s, j] += by_current * (du[j, i] + q * (du[j, i + 1] - du[j, i]))
-    if mount_column[K] >= 0:
-        rows[s, mount_column[K]] -= e
-    if mount_column[C] >= 0:
-        rows[s, mount_column[C]] -= r
-    if mount_column[C_CONTROL] >= 0:
-        rows[s, mount_column[C_CONTROL]] -= u * r
+def _sensitivities(core, drive, mounting, i, space, nodes, shape):
+    """Carries all sensitivities over the step whose rates have been found."""
+    h_a, driver, rate, stage, slope = nodes.h_a, nodes.driver, nodes.rate, nodes.stage, nodes.slope
+    mount, e0 = mounting[0], space.carried.state[E]
+    c, by_u = mount.c, mount.c_control
+    for s in range(3):
+        w, e = stage[s, V] - rate[s], e0 + _along(s, h_a, rate)
+        at = Point(
+            stage[s, X] - e, w, 1.0 if w > 0 else -1.0, driver[s, U], driver[s, TEMPERATURE],
+            driver[s, ACCELERATION], driver[s, AMPLITUDE],
+        )  # fmt: skip
+        answer = core_force(core, at, space.work.trial, space.work, True)
+        slope[0, s], slope[1, s] = answer.by_z, answer.by_w
+        met = (s, shape[s, 0], e, rate[s], driver[s, U])
+        _explicit(core, drive, mounting[1], i, met, answer.by_u - by_u * rate[s], space.work.dp, nodes.rows)
+    cm = (c + by_u * driver[0, U], c + by_u * driver[1, U], c + by_u * driver[2, U])
+    f_z, f_w = (slope[0, 0], slope[0, 1], slope[0, 2]), (slope[1, 0], slope[1, 1], slope[1, 2])
+    inverse = _slopes(cm, f_z, f_w, h_a, nodes.m)
+    _carry(inverse, mounting, f_z, nodes, space)
 
 
 @inlined
-def _carry(inverse, mount, mount_column, f_z, space, f2, sens, branch, de, last):
-    """Carries the sensitivities of e and of the branch's force, row `branch` of `sens`, over the step, by the implicit
-    function theorem on the residuals, of which `rows` holds the explicit part; `last` gets that of the last rate.
+def _explicit(core, drive, mount_column, i, met, by_current, dp, rows):
+    """What the residual of a stage owes to the parameters directly: core, control and the mount's spring and damper.
+
+    `met` is the stage's number, share of the sample interval, extension, rate and current.
     """
-    h_a, by_rate, by_force, rate, rows = space[0], space[1], space[2], space[5], space[8]
-    k2, c2, of_k2, of_c2 = mount[K2], mount[C2], mount_column[K2], mount_column[C2]
-    relaxes = k2 > 0.0
+    s, q, e, r, u = met
+    for j in range(rows.shape[1]):
+        rows[s, j] = 0.0
+    for j in range(core.p.size):
+        if core.column[j] >= 0:
+            rows[s, core.column[j]] += dp[j]
+    for j in range(drive.du.shape[0]):
+        rows[s, j] += by_current * (drive.du[j, i] + q * (drive.du[j, i + 1] - drive.du[j, i]))
+    if mount_column.k >= 0:
+        rows[s, mount_column.k] -= e
+    if mount_column.c >= 0:
+        rows[s, mount_column.c] -= r
+    if mount_column.c_control >= 0:
+        rows[s, mount_column.c_control] -= u * r
+
+
+@inlined
+def _carry(inverse, mounting, f_z, nodes, space):
+    """Carries the sensitivities of e and of the branch's force over the step, by the implicit function theorem on the
+    residuals, of which `nodes.rows` holds the explicit part; `stages.rate` gets that of the last rate.
+    """
+    h_a, by_rate, by_force, rate, rows = nodes.h_a, nodes.by_rate, nodes.by_force, nodes.rate, nodes.rows
+    mount, column = mounting
+    de, last, f2 = space.carried.de, space.stages.rate, space.carried.state[BRANCH]
+    of_branch = space.carried.sens[space.carried.memory.size]
+    relaxes = mount.k2 > 0.0
     end_k2, end_c2 = 0.0, 0.0
     for s in range(3 if relaxes else 0):
         end_k2, end_c2 = 0.0, 0.0
         for t in range(3):
             f = by_force[t] * f2 + _along(t, by_rate, rate)
-            end_k2 += by_rate[s, t] / k2 * (rate[t] - f / c2)
-            end_c2 += by_rate[s, t] / (c2 * c2) * f
-        if of_k2 >= 0:
-            rows[s, of_k2] -= end_k2
-        if of_c2 >= 0:
-            rows[s, of_c2] -= end_c2
-    s0, s1, s2 = f_z[0] + mount[K], f_z[1] + mount[K], f_z[2] + mount[K]
+            end_k2 += by_rate[s, t] / mount.k2 * (rate[t] - f / mount.c2)
+            end_c2 += by_rate[s, t] / (mount.c2 * mount.c2) * f
+        if column.k2 >= 0:
+            rows[s, column.k2] -= end_k2
+        if column.c2 >= 0:
+            rows[s, column.c2] -= end_c2
+    s0, s1, s2 = f_z[0] + mount.k, f_z[1] + mount.k, f_z[2] + mount.k
     for j in range(de.size):
-        g0 = rows[0, j] - s0 * de[j] - by_force[0] * sens[branch, j]
-        g1 = rows[1, j] - s1 * de[j] - by_force[1] * sens[branch, j]
-        g2 = rows[2, j] - s2 * de[j] - by_force[2] * sens[branch, j]
+        g0 = rows[0, j] - s0 * de[j] - by_force[0] * of_branch[j]
+        g1 = rows[1, j] - s1 * de[j] - by_force[1] * of_branch[j]
+        g2 = rows[2, j] - s2 * de[j] - by_force[2] * of_branch[j]
         d = _times(inverse, g0, g1, g2)
         de[j] += _along(2, h_a, d)
         last[j] = d[2]
-        sens[branch, j] = by_force[2] * sens[branch, j] + _along(2, by_rate, d)
-    if relaxes and of_k2 >= 0:
-        sens[branch, of_k2] += end_k2
-    if relaxes and of_c2 >= 0:
-        sens[branch, of_c2] += end_c2
+        of_branch[j] = by_force[2] * of_branch[j] + _along(2, by_rate, d)
+    if relaxes and column.k2 >= 0:
+        of_branch[column.k2] += end_k2
+    if relaxes and column.c2 >= 0:
+        of_branch[column.c2] += end_c2

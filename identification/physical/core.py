@@ -6,80 +6,99 @@
 from __future__ import annotations
 
 from identification.physical.compiled import compiled, inlined
-from identification.physical.damping import damping, motion_damping
-from identification.physical.elements import Code
-from identification.physical.friction import bristles, friction
-from identification.physical.modifiers import modify
-from identification.physical.springs import spring
+from identification.physical.elements import Family
+from identification.physical.elements.equations.damping import damping
+from identification.physical.elements.equations.friction import friction
+from identification.physical.elements.equations.modifiers import modifier
+from identification.physical.elements.equations.motion import motion_force
+from identification.physical.elements.equations.point import Force
+from identification.physical.elements.equations.springs import spring
+from identification.physical.program import FACTOR, SCALED, SHIFT
 
-_ARCTAN, _TANH, _PRESLIDING, _STOP = int(Code.ARCTAN), int(Code.TANH), int(Code.PRESLIDING), int(Code.STOP)
-_MODULATED, _LUGRE = int(Code.MODULATED_TANH), int(Code.LUGRE)
-
-
-@compiled
-def has_rare(codes):
-    """Whether any element is one of `rare_forces`."""
-    found = False
-    for code in codes:
-        found = found or code >= _MODULATED
-    return found
+_DAMPING, _FRICTION, _SPRING = int(Family.DAMPING), int(Family.FRICTION), int(Family.SPRING)
+_MOTION, _MODIFIER = int(Family.MOTION), int(Family.MODIFIER)
 
 
 @compiled  # and not inlined: the size of these would slow down all the others
-def rare_forces(codes, offsets, p, z, w, u, a, v_m, memory, dp, dm):
-    """Force of the elements that few models hold, and its slopes by w and u."""
-    diss, diss_w, diss_u = 0.0, 0.0, 0.0
-    for k in range(codes.size):
-        code, o = codes[k], offsets[k]
-        if code == _LUGRE:
-            f, f_w = bristles(p, o, w, memory[k], dp, dm, k)
-            diss += f
-            diss_w += f_w
-        elif code >= _MODULATED:
-            f, f_w, f_u = motion_damping(code, p, o, z, w, u, a, v_m, dp)
-            diss += f
-            diss_w += f_w
-            diss_u += f_u
-    return diss, diss_w, diss_u
+def rare_forces(core, at, memory, work):
+    """Force of the elements of the motion family, and its slopes by w and u; fills their partials."""
+    f, f_w, f_u = 0.0, 0.0, 0.0
+    for k in range(core.codes.size):
+        code = core.codes[k]
+        if code >> SHIFT == _MOTION:
+            own = motion_force(code, core.p, core.offsets[k], at, memory[k], work.dp)
+            work.dm[k] = own.by_memory
+            f += own.f
+            f_w += own.by_w
+            f_u += own.by_u
+    return f, f_w, f_u
 
 
 @inlined
-def core_force(codes, offsets, p, z, w, s, u, temperature, a, v_m, memory, dp, dm, modified, rare, wanted):
-    """Force of the parallel elements and its partial derivatives.
+def modify(core, at, memory, diss, work, wanted):
+    """Product of the factors on the dissipative sum and its slope by z.
 
-    `s` is the sign of sliding, given apart from `w` so that a stick can be asked for; `a` and `v_m` belong to the rig's
-    motion; `modified` and `rare` say whether any element is of that sort. Fills `dm` (by memory slot) and, where
-    `wanted`, `dp` (by parameter). Returns f, ∂f/∂z, ∂f/∂w, ∂f/∂u and the height of the dry-friction step at w = 0.
+    Brings `dm` and, where `wanted`, `dp` to the modified force: SCALED partials times the product, those of the factors
+    themselves, relative until then, times the force.
+    """
+    codes, dp, dm = core.codes, work.dp, work.dm
+    factor, factor_z = 1.0, 0.0
+    for k in range(codes.size):
+        if codes[k] >> SHIFT == _MODIFIER:
+            own = modifier(codes[k], core.p, core.offsets[k], at, memory[k], dp)
+            factor_z = factor_z * own.m + factor * own.by_z
+            factor *= own.m
+            dm[k] = own.by_memory
+    for k in range(codes.size):
+        if codes[k] >> SHIFT == _MODIFIER:
+            dm[k] *= diss * factor
+        elif core.memory[k]:
+            dm[k] *= factor
+    if wanted:
+        for j in range(core.p.size):
+            if core.scaling[j] == SCALED:
+                dp[j] *= factor
+            elif core.scaling[j] == FACTOR:
+                dp[j] *= diss * factor
+    return factor, factor_z
+
+
+@inlined
+def core_force(core, at, memory, work, wanted):
+    """Force of the parallel elements with its slopes, at a `Point`.
+
+    Fills `work.dm` by memory and, where `wanted`, `work.dp` by parameter.
     """
     diss, diss_z, diss_w, diss_u, jump = 0.0, 0.0, 0.0, 0.0, 0.0
     other, other_z = 0.0, 0.0
-    for k in range(codes.size):
-        code, o = codes[k], offsets[k]
-        if code <= _TANH:
-            f, f_z, f_w, f_u = damping(code, p, o, z, w, u, dp, wanted)
-            diss += f
-            diss_z += f_z
-            diss_w += f_w
-            diss_u += f_u
-            if code == _ARCTAN:
-                other += p[o + 3]
-        elif code <= _PRESLIDING:
-            f, f_w, f_u, step = friction(code, p, o, w, s, u, memory[k], dp, dm, k, wanted)
-            diss += f
-            diss_w += f_w
-            diss_u += f_u
-            jump += step
-        elif code <= _STOP:
-            f, f_z = spring(code, p, o, z, dp, wanted)
+    for k in range(core.codes.size):
+        code, o = core.codes[k], core.offsets[k]
+        family = code >> SHIFT
+        if family == _DAMPING:
+            own = damping(code, core.p, o, at, work.dp, wanted)
+            diss += own.f
+            diss_z += own.by_z
+            diss_w += own.by_w
+            diss_u += own.by_u
+            other += own.outside
+        elif family == _FRICTION:
+            own = friction(code, core.p, o, at, memory[k], work.dp, wanted)
+            diss += own.f
+            diss_w += own.by_w
+            diss_u += own.by_u
+            jump += own.jump
+            work.dm[k] = own.by_memory
+        elif family == _SPRING:
+            f, f_z = spring(code, core.p, o, at.z, work.dp, wanted)
             other += f
             other_z += f_z
-    if rare:
-        f, f_w, f_u = rare_forces(codes, offsets, p, z, w, u, a, v_m, memory, dp, dm)
+    if core.rare:
+        f, f_w, f_u = rare_forces(core, at, memory, work)
         diss += f
         diss_w += f_w
         diss_u += f_u
     factor, factor_z = 1.0, 0.0
-    if modified:
-        factor, factor_z = modify(codes, offsets, p, z, temperature, memory, diss, dp, dm, wanted)
+    if core.modified:
+        factor, factor_z = modify(core, at, memory, diss, work, wanted)
     f_z = diss_z * factor + diss * factor_z + other_z
-    return diss * factor + other, f_z, diss_w * factor, diss_u * factor, jump * factor
+    return Force(diss * factor + other, f_z, diss_w * factor, diss_u * factor, 0.0, jump * factor, 0.0)

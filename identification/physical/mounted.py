@@ -19,20 +19,43 @@ computed rather than of what was meant.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from identification.physical.collocation import collocate, prepare
 from identification.physical.compiled import compiled, inlined, pasted
-from identification.physical.core import has_rare
-from identification.physical.elements import Code
+from identification.physical.elements.equations.memory import steady
 from identification.physical.explicit import explicit, explicit_memory
-from identification.physical.memory import is_memory, steady
-from identification.physical.modifiers import has_modifier
-from identification.physical.mount import C_CONTROL, GAMMA, GAP, K2, C, K, add_mount_partials, branch, contact
-from identification.physical.stage import between, branch_sensitivity, carry, rate_sensitivity, solve
+from identification.physical.mount import GAMMA, add_mount_partials, branch, contact
+from identification.physical.program import (
+    BRANCH,
+    CHANGE,
+    EXPECTED,
+    FIRST_RATE,
+    RATE,
+    TOLERANCE,
+    E,
+    W,
+    Z,
+)
+from identification.physical.stage import (
+    Ended,
+    Stage,
+    between,
+    branch_sensitivity,
+    carry,
+    rate_sensitivity,
+    solve,
+)
 
-_COULOMB, _STRIBECK, _VISCOUS = int(Code.COULOMB), int(Code.STRIBECK), int(Code.VISCOUS)
-_BY_SPEED = (int(Code.ARCTAN), int(Code.PIECEWISE), int(Code.QUADRATIC), int(Code.RELIEF), int(Code.ASYMMETRY))
+
+class Place(NamedTuple):
+    """A step of the solver: from (sub)/substeps to (sub + 1)/substeps of sample interval i."""
+
+    i: int
+    sub: int
+    substeps: int
 
 
 @inlined
@@ -43,153 +66,133 @@ def _copy(to, source):
 
 
 @compiled
-def _keep(memory, sens, de, state, to_memory, to_sens, to_de, to_state):
-    _copy(to_memory, memory)
-    for k in range(sens.shape[0]):
-        for j in range(sens.shape[1]):
-            to_sens[k, j] = sens[k, j]
-    _copy(to_de, de)
-    _copy(to_state, state)
+def _keep(source, to):
+    _copy(to.memory, source.memory)
+    for k in range(source.sens.shape[0]):
+        for j in range(source.sens.shape[1]):
+            to.sens[k, j] = source.sens[k, j]
+    _copy(to.de, source.de)
+    _copy(to.state, source.state)
 
 
 @pasted
-def _step(program, mount, mount_column, motion, i, sub, substeps, state, memory, du, sens, de, work, grads, wanted):
-    """One SDIRK2 step from (sub)/substeps to (sub + 1)/substeps of sample interval i; returns whether it converged.
-
-    state : e, z and w at the last step, de/dt to expect at the first stage of the next, the tolerance of w, de/dt and
-    the branch's force at the end, de/dt at the first stage and its change from there to the end, and whether the last
-    stage was met at the first guess.
-    """
-    dt = motion[6]
-    de_base, rate_sens, f2_base = grads
-    h = dt / substeps
+def _step(core, drive, mounting, at, space, wanted):
+    """One SDIRK2 step; returns whether it converged."""
+    i, sub, substeps = at
+    mount, state, stages = mounting[0], space.carried.state, space.stages
+    h = drive.dt / substeps
     gh = GAMMA * h
-    e0, e, rate, z, w, f2, converged = state[0], 0.0, 0.0, 0.0, 0.0, 0.0, True
-    f2_start = state[6]
-    relaxes = mount[K2] > 0.0
-    expected = state[3]
-    _copy(de_base, de)
+    e0, e, rate, z, w, f2, converged = state[E], 0.0, 0.0, 0.0, 0.0, 0.0, True
+    f2_start, expected = state[BRANCH], state[EXPECTED]
+    relaxes = mount.k2 > 0.0
+    _copy(stages.base, space.carried.de)
     if relaxes and wanted:
-        _copy(f2_base, sens[memory.size])
+        _copy(stages.branch, space.carried.sens[core.codes.size])
     for stage in range(2):
         part = GAMMA if stage == 0 else 1.0
         q = (sub + part) / substeps
-        xs, vs, inputs = between(motion, i, q)
+        xs, vs, inputs = between(drive, i, q)
         b0, b1 = branch(mount, f2_start, gh)
-        w, stiff, f_u, slope, ok = solve(
-            program, mount, xs, vs, inputs, e0, gh, h * part, b0, b1, vs - expected, state, memory, work, wanted
-        )
-        converged = converged and ok
+        found = solve(core, mount, Stage(xs, vs, inputs, e0, gh, h * part, b0, b1), vs - expected, space, wanted)
+        converged = converged and found.done
+        w = found.w
         rate = vs - w
         e = e0 + gh * rate
         f2 = b0 + b1 * rate
         if wanted:
-            rate_sensitivity(
-                program, mount, mount_column, e, rate, inputs[0], stiff, f_u, slope, de, de_base, f2, f2_base, gh, du,
-                i, q, sens, work, rate_sens,
-            )  # fmt: skip
+            ended = Ended(i, q, e, rate, inputs[0], f2, gh)
+            rate_sensitivity(core, drive, mounting, ended, found, space)
             if relaxes:
-                row = sens[memory.size]
-                branch_sensitivity(mount, mount_column, f2, gh, rate, rate_sens, f2_base, row, stage == 1)
+                branch_sensitivity(mounting, ended, space, stage == 1)
         if stage == 0:
-            expected = rate + state[8]
-            state[3], state[7] = 2.0 * rate - state[7], rate
+            expected = rate + state[CHANGE]
+            state[EXPECTED], state[FIRST_RATE] = 2.0 * rate - state[FIRST_RATE], rate
             e0 += (1.0 - GAMMA) * h * rate
             f2_start += (1.0 - GAMMA) / GAMMA * (f2 - f2_start)
-            for j in range(de.size if wanted else 0):
-                de_base[j] += (1.0 - GAMMA) * h * rate_sens[j]
+            for j in range(stages.base.size if wanted else 0):
+                stages.base[j] += (1.0 - GAMMA) * h * stages.rate[j]
         z = xs - e
     if wanted:
-        for j in range(de.size):
-            de_base[j] += gh * rate_sens[j]
-        carry(program, sens, de, de_base, rate_sens, work[1])
-        _copy(de, de_base)
-    if program[5]:
-        _copy(memory, work[0])
-    state[0], state[1], state[2], state[5], state[6], state[8] = e, z, w, rate, f2, rate - state[7]
+        for j in range(stages.base.size):
+            stages.base[j] += gh * stages.rate[j]
+        carry(core, space)
+        _copy(space.carried.de, stages.base)
+    if core.remembers:
+        _copy(space.carried.memory, space.work.trial)
+    state[E], state[Z], state[W], state[RATE], state[BRANCH] = e, z, w, rate, f2
+    state[CHANGE] = rate - state[FIRST_RATE]
     return converged
 
 
-@compiled
-def mounted(
-    codes, offsets, p, column, dt, inputs, du, mount, mount_column, substeps, fine, force, jac, space
-):  # fmt: skip
-    """Force through a series mount: arguments as in `rigid`.
+@inlined
+def _write_row(row, core, drive, mounting, i, space):
+    """Gradient of the force at sample i."""
+    mount, state, sens, du = mounting[0], space.carried.state, space.carried.sens, drive.du
+    met = contact(mount, drive.u[i], state[E], state[RATE])
+    for j in range(row.size):
+        row[j] = met.by_e * space.carried.de[j] + met.by_rate * space.stages.rate[j] + sens[core.codes.size, j]
+    for j in range(du.shape[0]):
+        row[j] += mount.c_control * state[RATE] * du[j, i]
+    add_mount_partials(row, mounting, state[E], state[RATE], drive.u[i], 1.0)
 
-    mount : (6,) float64: k in N/m, c in N·s/m, gap in m, k2 in N/m and c2 in N·s/m of a relaxing branch, c by ampere.
-    mount_column : (6,) their columns of `jac`, −1 where none is wanted.
-    substeps : steps to a sample; `fine` of them where a contact opens or closes or a memory meets a reversal.
+
+@compiled
+def mounted(core, drive, mounting, substeps, force, jac, space, nodes):
+    """Force of a `Core` along a `Drive` through a series mount: `force`, `jac` and `space` as in `rigid`.
+
+    mounting : a `Mount`, and another one with the columns of `jac`, −1 where none is wanted.
+    substeps : steps to a sample; and so many where a contact opens or closes or a memory meets a reversal.
+    nodes : the `Nodes` of the collocation.
     Returns the number of steps whose equation did not converge.
     """
-    x, v, u, temperature, a, v_m = inputs
-    n_col = jac.shape[1]
+    mount, carried, kept = mounting[0], space.carried, space.kept
+    state, rate = carried.state, nodes.rate
+    few, fine = substeps
     wanted = jac.shape[0] > 0
-    has_jump, remembers = False, False
-    for k in range(codes.size):
-        o = offsets[k]
-        has_jump = has_jump or (codes[k] == _COULOMB and p[o + 1] == 0.0) or (codes[k] == _STRIBECK and p[o + 3] == 0.0)
-        remembers = remembers or is_memory(codes[k])
-    smooth = not (has_jump or remembers or mount[GAP] > 0.0)
-    driven = 1 if wanted or mount[C_CONTROL] != 0.0 else 0
-    for k in range(codes.size):
-        if not (codes[k] in _BY_SPEED or (codes[k] == _VISCOUS and p[offsets[k] + 1] == 0.0)):
-            driven = 1
-    modified, rare = has_modifier(codes), has_rare(codes)
-    driven = 2 if modified or rare else driven
-    program = (codes, offsets, p, column, modified, remembers, has_jump, rare, driven)
-    motion = (x, v, u, temperature, a, v_m, dt)
-    memory, sens, de, state, kept, work, grads, nodes = space
-    prepare(mount, dt, substeps, nodes)
-    rate = nodes[5]
-    only, fade = explicit_memory(codes, offsets, p, mount)
-    top = 1e-300
-    for i in range(v.size):
-        top = max(top, abs(v[i]))
-    state[1], state[2], state[4] = x[0], v[0], 1e-13 * top
+    smooth = not (core.jumps or core.remembers or mount.gap > 0.0)
+    prepare(mount, drive.dt, few, nodes)
+    only, fade = explicit_memory(core, mount)
+    state[Z], state[W], state[TOLERANCE] = drive.x[0], drive.v[0], 1e-13 * _highest(drive.v)
     failures = 0
-    steady(codes, offsets, p, column, v[0], x, memory, sens)
-    for i in range(x.size - 1):
-        steps, again = substeps, True
-        touching = abs(state[0]) > 0.5 * mount[GAP]
-        if fine > substeps:
-            _keep(memory, sens, de, state, kept[0], kept[1], kept[2], kept[3])
+    steady(core, drive.v[0], drive.x, carried.memory, carried.sens)
+    for i in range(drive.x.size - 1):
+        steps, again = few, True
+        touching = abs(state[E]) > 0.5 * mount.gap
+        if fine > few:
+            _keep(carried, kept)
         while again:
             for sub in range(steps):
-                if smooth and collocate(
-                    program, mount, mount_column, motion, i, sub, state, du, sens, de, work, grads, nodes, wanted
-                ):
+                at = Place(i, sub, steps)
+                if smooth and collocate(core, drive, mounting, at, space, nodes, wanted):
                     continue
-                if only >= 0 and explicit(
-                    program, mount, mount_column, motion, i, sub, steps, only, fade, state, memory, du, sens, de, work,
-                    grads, nodes[8], wanted,
-                ):  # fmt: skip
+                if only >= 0 and explicit(core, drive, mounting, at, fade, space, nodes, wanted):
                     continue
-                if not _step(program, mount, mount_column, motion, i, sub, steps, state, memory, du, sens, de, work,
-                             grads, wanted):  # fmt: skip
+                if not _step(core, drive, mounting, at, space, wanted):
                     failures += 1
-                rate[0], rate[1], rate[2] = state[5], state[5], state[5]
+                rate[0], rate[1], rate[2] = state[RATE], state[RATE], state[RATE]
             again = False
             if fine > steps:
-                impact = (abs(state[0]) > 0.5 * mount[GAP]) != touching
-                turned = remembers and kept[3][2] * state[2] < 0.0
+                impact = (abs(state[E]) > 0.5 * mount.gap) != touching
+                turned = core.remembers and kept.state[W] * state[W] < 0.0
                 if impact or turned:
-                    _keep(kept[0], kept[1], kept[2], kept[3], memory, sens, de, state)
+                    _keep(kept, carried)
                     steps, again = fine, True
-        cm = mount[C] + mount[C_CONTROL] * u[i + 1]
-        phi, phi_e, phi_r, _, _, _ = contact(mount[K], cm, mount[GAP], state[0], state[5])
-        force[i + 1] = phi + state[6]
+        force[i + 1] = contact(mount, drive.u[i + 1], state[E], state[RATE]).f + state[BRANCH]
         if not abs(force[i + 1]) < np.inf:  # nothing comes of what ran away, and each step of it takes all iterations
             force[i + 1 :] = np.nan
             break
         if wanted:
-            row = jac[i + 1]
-            for j in range(n_col):
-                row[j] = phi_e * de[j] + phi_r * grads[1][j] + sens[codes.size, j]
-            for j in range(du.shape[0]):
-                row[j] += mount[C_CONTROL] * state[5] * du[j, i + 1]
-            add_mount_partials(row, mount_column, state[0], state[5], u[i + 1], mount, 1.0)
+            _write_row(jac[i + 1], core, drive, mounting, i + 1, space)
     # The first sample is a convention (no extension, no history): its neighbour stands for it.
     force[0] = force[1]
-    for j in range(n_col if wanted else 0):
+    for j in range(jac.shape[1] if wanted else 0):
         jac[0, j] = jac[1, j]
     return failures
+
+
+@inlined
+def _highest(v):
+    top = 1e-300
+    for i in range(v.size):
+        top = max(top, abs(v[i]))
+    return top

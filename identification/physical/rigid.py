@@ -5,80 +5,87 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-
-from identification.physical.compiled import compiled
-from identification.physical.core import core_force, has_rare
-from identification.physical.friction import sign
-from identification.physical.memory import PARTIALS, advance, is_memory, own, own_count, steady
-from identification.physical.modifiers import has_modifier
+from identification.physical.compiled import compiled, inlined
+from identification.physical.core import core_force
+from identification.physical.elements.equations.memory import BY_MEMORY, OWN, Leg, advance, own, own_count, steady
+from identification.physical.elements.equations.point import Point
 
 
-def workspace(elements: int, parameters: int, columns: int) -> tuple[Any, ...]:  # Any: a nest of arrays, opaque outside
-    """Arrays that one run of `rigid` or `mounted` works in, all zero; `mounted` wants a `collocation_space` too."""
-    rows = elements + 2  # the last two belong to the relaxing branch of a mount and to the core's last velocity
-    return (
-        np.zeros(elements),  # memories
-        np.zeros((rows, columns)),  # their sensitivities
-        np.zeros(columns),  # sensitivity of the extension
-        np.zeros(10),  # state of the mount's extension, see `mounted._step`
-        (np.zeros(elements), np.zeros((rows, columns)), np.zeros(columns), np.zeros(10)),  # kept for a retry
-        (
-            np.zeros(elements),
-            np.zeros((elements, PARTIALS)),
-            np.zeros(PARTIALS),
-            np.zeros(parameters + 1),
-            np.zeros(elements),
-        ),
-        (np.zeros(columns), np.zeros(columns), np.zeros(columns)),
-    )
+@inlined
+def sign(w, eps):
+    """Sign of a velocity; within round-off of rest it is neither."""
+    if w > eps:
+        return 1.0
+    if w < -eps:
+        return -1.0
+    return 0.0
+
+
+@inlined
+def _leg(drive, i):
+    """From sample i − 1 to sample i."""
+    return Leg(drive.x[i] - drive.x[i - 1], drive.v[i - 1], drive.v[i], drive.dt)
+
+
+@inlined
+def _carry_memories(core, drive, i, space):
+    """Takes the memories from sample i − 1 to sample i."""
+    memory, leg = space.carried.memory, _leg(drive, i)
+    for k in range(core.codes.size):
+        if core.memory[k]:
+            code, o = core.codes[k], core.offsets[k]
+            memory[k] = advance(code, core.p, o, memory[k], leg, False, space.work.parts[0], space.work.leg)
+
+
+@inlined
+def _carry_sensitivities(core, drive, i, space):
+    """The same, with the sensitivities of the memories."""
+    memory, sens, out, leg = space.carried.memory, space.carried.sens, space.work.parts[0], _leg(drive, i)
+    for k in range(core.codes.size):
+        if core.memory[k]:
+            code, o = core.codes[k], core.offsets[k]
+            memory[k] = advance(code, core.p, o, memory[k], leg, True, out, space.work.leg)
+            first = own(code, o)
+            for j in range(sens.shape[1]):
+                sens[k, j] *= out[BY_MEMORY]
+            for j in range(own_count(code)):
+                if core.column[first + j] >= 0:
+                    sens[k, core.column[first + j]] += out[OWN + j]
+
+
+@inlined
+def _write_row(row, core, drive, i, f_u, space):
+    """Gradient of the force at sample i."""
+    dp, dm, sens, column = space.work.dp, space.work.dm, space.carried.sens, core.column
+    for j in range(core.p.size):
+        if column[j] >= 0:
+            row[column[j]] = dp[j]
+    for j in range(drive.du.shape[0]):
+        row[j] += f_u * drive.du[j, i]
+    for k in range(core.codes.size):
+        if core.memory[k]:
+            for j in range(sens.shape[1]):
+                row[j] += dm[k] * sens[k, j]
 
 
 @compiled
-def rigid(codes, offsets, p, column, dt, inputs, du, eps, force, jac, space):
-    """Core force along a motion without a mount.
+def rigid(core, drive, eps, force, jac, space):
+    """Force of a `Core` along a `Drive` without a mount.
 
-    inputs : x, v, u, temperature, a and v_m, each (N,) float64
-    column : (P,) int64, the column of `jac` of each core parameter, −1 where none is wanted
-    du : (C, N) float64, sensitivities of u by the first C columns of `jac`
     force : (N,) float64, N; jac : (N, M) float64 or (0, M) when no gradient is wanted. Both are filled.
-    space : a fresh `workspace`
+    eps : m/s, a velocity below is rest; space : a fresh `Space`
     """
-    n_el = codes.size
-    x, v, u, temperature, a, v_m = inputs
-    memory, sens, out = space[0], space[1], space[5][1][0]
-    _, _, tmp, dp, dm = space[5]
     wanted = jac.shape[0] > 0
-    modified, rare = has_modifier(codes), has_rare(codes)
-    steady(codes, offsets, p, column, v[0], x, memory, sens)
-    for i in range(x.size):
-        z, w = x[i], v[i]
-        s = sign(w, eps)
-        if i > 0:
-            for k in range(n_el):
-                code = codes[k]
-                if is_memory(code):
-                    memory[k] = advance(code, p, offsets[k], memory[k], x[i - 1], z, v[i - 1], w, dt, wanted, out, tmp)
-                    if wanted:
-                        first = own(code, offsets[k])
-                        for j in range(sens.shape[1]):
-                            sens[k, j] *= out[0]
-                        for j in range(own_count(code)):
-                            if column[first + j] >= 0:
-                                sens[k, column[first + j]] += out[2 + j]
-        f, _, _, f_u, _ = core_force(
-            codes, offsets, p, z, w, s, u[i], temperature[i], a[i], v_m[i], memory, dp, dm, modified, rare, wanted
-        )  # fmt: skip
-        force[i] = f
+    memory = space.carried.memory
+    steady(core, drive.v[0], drive.x, memory, space.carried.sens)
+    for i in range(drive.x.size):
+        if i > 0 and core.remembers and wanted:
+            _carry_sensitivities(core, drive, i, space)
+        elif i > 0 and core.remembers:
+            _carry_memories(core, drive, i, space)
+        w = drive.v[i]
+        at = Point(drive.x[i], w, sign(w, eps), drive.u[i], drive.temperature[i], drive.a[i], drive.v_m[i])
+        answer = core_force(core, at, memory, space.work, wanted)
+        force[i] = answer.f
         if wanted:
-            for j in range(p.size):
-                if column[j] >= 0:
-                    jac[i, column[j]] = dp[j]
-            for j in range(du.shape[0]):
-                jac[i, j] += f_u * du[j, i]
-            for k in range(n_el):
-                if is_memory(codes[k]):
-                    for j in range(sens.shape[1]):
-                        jac[i, j] += dm[k] * sens[k, j]
+            _write_row(jac[i], core, drive, i, answer.by_u, space)

@@ -9,14 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import SimulationError
-from identification.physical.collocation import collocation_space
-from identification.physical.control import effective_current
-from identification.physical.elements import Code
+from identification.physical.collocation import nodes_of
+from identification.physical.elements.equations.control import effective_current
+from identification.physical.elements.equations.sensor import delay_of, sensor_force
+from identification.physical.elements.stability import unbounded
 from identification.physical.model import Element, Model
 from identification.physical.motion import Motion
-from identification.physical.mount import C2, C_CONTROL, GAP, K2, C, K
 from identification.physical.mounted import mounted
-from identification.physical.rigid import rigid, workspace
+from identification.physical.program import POSITION_AND_CURRENT, Drive, Mount, core_of, space_of
+from identification.physical.rigid import rigid
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -26,16 +27,8 @@ RIGID_DAMPING = 3.0e3  # N·s/m
 _SAME_TEMPERATURE_K = 0.05  # a body this steady is at one temperature: fade is some 0.5 % per kelvin
 _SETTLED = 1e-4  # of the force: a period that ends as near to the one before has forgotten the start
 _AHEAD = (0.25, 1.0, 2.0, 4.0)  # periods before one that repeats; what holds on longer is a matter of how it began
-_EXPONENTIAL = 1.2  # a Bouc–Wen exponent below it grows e⁵-fold at most where this one would be infinite
 _REVERSAL_SUBSTEPS = 4
 _PLAY_SUBSTEPS = 16  # a rigid contact rings at some kHz; all of its error sits in the samples of an impact
-_NEED_AMPLITUDE = (Code.MODULATED_TANH, Code.SIGMOID)
-_PLACES = {  # of the parameters of each mount element in the mount's array
-    Code.COMPLIANCE: (K, C),
-    Code.FREE_PLAY: (GAP,),
-    Code.RELAXING: (K, K2, C2),
-    Code.DASHPOT: (C, C_CONTROL),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +54,7 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
     _check_bounded(model, motion)
     wanted = _wanted(model, gradient)
     sensor = model.on("sensor")
-    taus = [e.value("tau") if e.spec.code == Code.FORCE_DELAY else 0.0 for e in sensor]
+    taus = [delay_of(e.spec, _values(e)) for e in sensor]
     past = motion.shifted(sum(taus))
     response = _steady_damper(model, past, wanted, substeps)
     force, grad = response.force, response.gradient
@@ -69,7 +62,7 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
     place = 0 if wanted is None else int(wanted[:offset].sum())
     for index, e in enumerate(sensor):
         later = sum(taus[index + 1 :])
-        value, columns = _sensor_term(e, motion.shifted(later), force)
+        value, columns = sensor_force(e.spec, _values(e), motion.shifted(later), force)
         force = force + value
         if grad is not None and wanted is not None:
             columns = columns[:, wanted[offset : offset + columns.shape[1]]]
@@ -92,26 +85,21 @@ def _wanted(model: Model, gradient: bool | Mask) -> Mask | None:
     return gradient
 
 
-def _check_bounded(model: Model, motion: Motion) -> None:
-    """Raise SimulationError where a Bouc–Wen hysteresis grows without end within the stroke of the motion.
+def _values(e: Element) -> list[float]:
+    return [p.value for p in e.parameters]
 
-    With c = −(beta + gamma) > 0 it grows as it is loaded, dh/dx = A + c·hⁿ, and is infinite after a travel of
-    (π/n)/sin(π/n)·A^(1/n − 1)·c^(−1/n); what a reversal unloads is no less, so no travel is longer than the stroke.
-    """
+
+def _check_bounded(model: Model, motion: Motion) -> None:
+    """Raise SimulationError where a hysteresis grows without end within the stroke of the motion."""
     for e in model.on("core"):
-        if e.spec.code == Code.BOUC_WEN and (growth := -e.value("beta") - e.value("gamma")) > 0.0:
-            n, a, stroke = e.value("n"), e.value("A"), float(np.ptp(motion.x))
-            least = max(n, _EXPONENTIAL)
-            if not growth * float(a * stroke / (np.pi / least / np.sin(np.pi / least))) ** n < a:
-                raise SimulationError(
-                    f"'{model.name}': bouc_wen.beta + bouc_wen.gamma is {-growth:.4g}: below zero the hysteresis "
-                    f"grows, here without end within the stroke of {stroke:.3g} m"
-                )
+        named = {spec.name: p.value for spec, p in zip(e.spec.parameters, e.parameters, strict=True)}
+        if reason := unbounded(e.name, named, float(np.ptp(motion.x))):
+            raise SimulationError(f"'{model.name}': {reason}")
 
 
 def _steady_damper(model: Model, motion: Motion, wanted: Mask | None, substeps: int) -> Response:
     """Response of mount and core; a periodic motion is simulated until it repeats, then its last period does."""
-    drifts = model.has("temperature_fade") and np.ptp(motion.temperature) > _SAME_TEMPERATURE_K
+    drifts = _warms(model) and np.ptp(motion.temperature) > _SAME_TEMPERATURE_K
     if motion.settle == 0 or drifts:
         return _damper(model, motion, wanted, substeps)
     if not _remembers(model):
@@ -128,14 +116,17 @@ def _steady_damper(model: Model, motion: Motion, wanted: Mask | None, substeps: 
 
 def _remembers(model: Model) -> bool:
     """Whether the force depends on more than the present motion and current."""
-    lags = any(e.spec.code in (Code.LAG, Code.HYSTERESIS) for e in model.on("control"))
-    return lags or bool(model.on("mount")) or any(e.spec.memory for e in model.on("core"))
+    return bool(model.on("mount")) or any(e.spec.memory for e in (*model.on("control"), *model.on("core")))
+
+
+def _warms(model: Model) -> bool:
+    return any(e.spec.by_temperature for e in model.elements)
 
 
 def _settled(model: Model, motion: Motion, warm: int) -> Motion:
     """One period of the motion after `warm` samples of those before it, at one temperature."""
     some = motion.one_period(warm)
-    if model.has("temperature_fade"):
+    if _warms(model):
         some = replace(some, temperature=np.full(some.x.size, float(np.mean(motion.temperature))))
     return some
 
@@ -175,25 +166,25 @@ def _damper(model: Model, motion: Motion, wanted: Mask | None, substeps: int) ->
     of_mount, of_control, of_core = np.split(mask[: edges[-1]], edges[:-1])
     n_mount, n_control, n_core = (int(m.sum()) for m in (of_mount, of_control, of_core))
     used = n_mount + n_control + n_core
-    codes = np.array([int(e.spec.code) for e in core], dtype=np.int64)
-    offsets = np.concatenate([[0], np.cumsum([len(e.parameters) for e in core])]).astype(np.int64)
-    p = np.array([q.value for e in core for q in e.parameters], dtype=np.float64)
+    specs, names = [e.spec for e in core], tuple(e.name for e in core)
     # The kernels count control columns first, so that du lies in the first rows.
-    column = _numbered(of_core, n_control)
+    program = core_of(names, np.array([v for e in core for v in _values(e)]), _numbered(of_core, n_control))
     jac = np.zeros((motion.x.size, used)) if gradient else np.zeros((0, used))
     force = np.zeros(motion.x.size)
-    v_m = _amplitude_velocity(motion) if any(e.spec.code in _NEED_AMPLITUDE for e in core) else motion.a
-    inputs = (motion.x, motion.v, u, motion.temperature, motion.a, v_m)
-    common = (codes, offsets, p, column, motion.dt, inputs, du[of_control])
-    space = workspace(codes.size, p.size, used)
+    v_m = _amplitude_velocity(motion) if any(s.needs_amplitude for s in specs) else motion.a
+    drive = Drive(motion.x, motion.v, u, motion.temperature, motion.a, v_m, motion.dt, du[of_control])
+    space = space_of(program.codes.size, program.p.size, used)
     failures = 0
     if mount:
-        stiffness, columns, fine = _mount(mount, core, _numbered(of_mount, n_control + n_core))
-        space = (*space, collocation_space(used, substeps))
-        failures = mounted(*common, stiffness, columns, substeps, fine * substeps, force, jac, space)
+        stiffness, fine = _mount(mount, any(s.memory for s in specs))
+        mounting = (stiffness, _mount_columns(mount, _numbered(of_mount, n_control + n_core)))
+        nodes = nodes_of(used, substeps)
+        if gradient or stiffness.c_control != 0.0:
+            program = program._replace(driven=max(program.driven, POSITION_AND_CURRENT))
+        failures = mounted(program, drive, mounting, (substeps, fine * substeps), force, jac, space, nodes)
     else:
         eps = 1e-9 * float(np.max(np.abs(motion.v), initial=0.0))
-        rigid(*common, eps, force, jac, space)
+        rigid(program, drive, eps, force, jac, space)
     if not gradient:
         return Response(force, None, failures)
     of_all = int(mask.sum())
@@ -220,52 +211,24 @@ def _amplitude_velocity(motion: Motion) -> Floats:
     return np.asarray(np.maximum(v_m, 1e-3 * max(float(v_m.max(initial=0.0)), 1e-9)))
 
 
-def _mount(
-    mount: Sequence[Element], core: Sequence[Element], numbers: NDArray[np.int64]
-) -> tuple[Floats, NDArray[np.int64], int]:
-    """The mount's array (see `mount.py`), the gradient column of each entry, and the substeps at an event."""
-    values = np.array([RIGID_STIFFNESS, RIGID_DAMPING, 0.0, 0.0, 0.0, 0.0])
-    columns, number = np.full(6, -1, dtype=np.int64), iter(numbers)
-    substeps = _REVERSAL_SUBSTEPS if any(e.spec.memory for e in core) else 1
-    for e in mount:
-        places = _PLACES[e.spec.code]
-        if e.spec.code != Code.FREE_PLAY:
-            values[[K, C]] = 0.0
-        for place, p in zip(places, e.parameters, strict=True):
-            values[place] = p.value
-            columns[place] = next(number)
-        if e.spec.code == Code.FREE_PLAY and values[GAP] > 0:
-            substeps = _PLAY_SUBSTEPS
-    return values, columns, substeps
+def _mount(mount: Sequence[Element], remembers: bool) -> tuple[Mount, int]:
+    """The mount as the loops see it, and the substeps at an event."""
+    placed = {s.place: p.value for e in mount for s, p in zip(e.spec.parameters, e.parameters, strict=True) if s.place}
+    worn = set(placed) == {"gap"}  # a joint without a bush
+    k, c = (RIGID_STIFFNESS, RIGID_DAMPING) if worn else (0.0, 0.0)
+    values = {"k": k, "c": c, "gap": 0.0, "k2": 0.0, "c2": 0.0, "c_control": 0.0, **placed}
+    substeps = _REVERSAL_SUBSTEPS if remembers else 1
+    return Mount(**values), _PLAY_SUBSTEPS if values["gap"] > 0.0 else substeps
 
 
-def _sensor_term(e: Element, motion: Motion, force: Floats) -> tuple[Floats, Floats]:
-    """What a sensor element adds to the force, (N,), and the gradient by its parameters, (N, K)."""
-    values = [p.value for p in e.parameters]
-    code = e.spec.code
-    if code == Code.OFFSET:
-        return np.full(force.size, values[0]), np.ones((force.size, 1))
-    if code == Code.PARALLEL:
-        return values[0] * motion.x, motion.x[:, None]
-    if code == Code.MASS:
-        return values[0] * motion.a, motion.a[:, None]
-    if code == Code.DRIFT:
-        return values[0] * motion.t, motion.t[:, None]
-    if code == Code.HUM:
-        turn = 2.0 * np.pi * values[1] * motion.t + values[2]
-        columns = np.stack(
-            [
-                np.sin(turn),
-                values[0] * 2.0 * np.pi * motion.t * np.cos(turn),
-                values[0] * np.cos(turn),
-            ],
-            axis=1,
-        )
-        return values[0] * np.sin(turn), columns
-    # A delay is already in the inputs; a later force is the slope of the force taken backwards.
-    return np.zeros(force.size), -np.gradient(force, motion.dt)[:, None]
+def _mount_columns(mount: Sequence[Element], numbers: NDArray[np.int64]) -> Mount:
+    """The column of the gradient of each part of the mount, −1 where none is wanted."""
+    places = [s.place for e in mount for s in e.spec.parameters]
+    columns = {str(place): int(number) for place, number in zip(places, numbers, strict=True)}
+    return Mount(**{name: columns.get(name, -1) for name in Mount._fields})
 
 
 def without_hum(model: Model) -> Model:
-    """The model less its mains hum: that has a phase of its own in every run."""
-    return replace(model, elements=tuple(e for e in model.elements if e.name != "mains_hum"))
+    """The model less what has a parameter of its own in every run, as the phase of a hum."""
+    own = [any(p.of_run for p in e.spec.parameters) for e in model.elements]
+    return replace(model, elements=tuple(e for e, o in zip(model.elements, own, strict=True) if not o))

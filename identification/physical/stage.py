@@ -5,47 +5,75 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from identification.physical.compiled import compiled, inlined, pasted
 from identification.physical.core import core_force
-from identification.physical.memory import (
+from identification.physical.elements.equations.memory import (
     BY_MEMORY,
     BY_W,
     BY_W_OLD,
     BY_Z,
     OWN,
+    Leg,
     advance,
-    is_memory,
     own,
     own_count,
 )
-from identification.physical.mount import (
-    C2,
-    C_CONTROL,
-    GAMMA,
-    GAP,
-    K2,
-    C,
-    K,
-    add_mount_partials,
-    branch,
-    branch_partials,
-    contact,
-)
+from identification.physical.elements.equations.point import Point
+from identification.physical.mount import GAMMA, add_mount_partials, branch, branch_partials, contact
+from identification.physical.program import MET_AT_ONCE, TOLERANCE, W, Z
 
 MET = 1e-6  # of a velocity: Newton squares its error, so a step as small as this leads to round-off
 _NEAR = 1e-3  # of it: what the next step leads to is worth its slopes
 _FAR = 1e13  # times the tolerance of a velocity: the highest of the motion
 
 
+class Stage(NamedTuple):
+    """Where an implicit stage lies, and from where it starts."""
+
+    x: float  # of the rig
+    v: float
+    inputs: tuple[float, float, float, float]  # u, temperature, a and v_m
+    e0: float  # extension at the base of the stage
+    gh: float  # duration of an implicit stage
+    h: float  # duration since the last step
+    b0: float  # force of the mount's relaxing branch as b0 + b1·de/dt
+    b1: float
+
+
+class Solved(NamedTuple):
+    """Velocity of the core, ∂f/∂z + ∂φ/∂e, ∂f/∂u, the slope of the equation by w (0: it sticks), and success."""
+
+    w: float
+    stiff: float
+    by_u: float
+    slope: float
+    done: bool
+
+
+class Ended(NamedTuple):
+    """State at the end of a stage."""
+
+    i: int
+    q: float  # share of the sample interval
+    e: float
+    rate: float
+    u: float
+    f2: float
+    gh: float
+
+
 @inlined
-def between(motion, i, q):
+def between(drive, i, q):
     """Displacement, velocity, and u, temperature, a and v_m at the share `q` of sample interval i.
 
     The displacement is the cubic through both samples and their velocities: exact there, of fourth order between.
     """
-    x, v, u, temperature, a, v_m, dt = motion
+    x, v, u, dt = drive.x, drive.v, drive.u, drive.dt
+    temperature, a, v_m = drive.temperature, drive.a, drive.v_m
     dx, q2, q3 = x[i + 1] - x[i], q * q, q * q * q
     xs = x[i] + (3 * q2 - 2 * q3) * dx + dt * ((q3 - 2 * q2 + q) * v[i] + (q3 - q2) * v[i + 1])
     vs = 6 * (q - q2) * dx / dt + (3 * q2 - 4 * q + 1) * v[i] + (3 * q2 - 2 * q) * v[i + 1]
@@ -59,55 +87,48 @@ def between(motion, i, q):
 
 
 @inlined
-def _trial(program, z, w, s, h, inputs, state, memory, work, wanted):
-    """Core force at a trial state, memories carried there from the last step; adds their share to ∂f/∂z."""
-    codes, offsets, p, modified, remembers, rare = (
-        program[0],
-        program[1],
-        program[2],
-        program[4],
-        program[5],
-        program[7],
-    )
-    trial, parts, tmp, dp, dm = work
-    u, temperature, a, v_m = inputs
-    if remembers:
-        for k in range(codes.size):
-            if is_memory(codes[k]):
-                trial[k] = advance(
-                    codes[k], p, offsets[k], memory[k], state[1], z, state[2], w, h, wanted, parts[k], tmp
+def _trial(core, z, w, s, stage, space, wanted):
+    """Core force at a trial state, memories carried there from the last step; adds their share to the slopes."""
+    work, memory, state = space.work, space.carried.memory, space.carried.state
+    u, temperature, a, v_m = stage.inputs
+    if core.remembers:
+        leg = Leg(z - state[Z], state[W], w, stage.h)
+        for k in range(core.codes.size):
+            if core.memory[k]:
+                work.trial[k] = advance(
+                    core.codes[k], core.p, core.offsets[k], memory[k], leg, wanted, work.parts[k], work.leg
                 )
-    f, f_z, f_w, f_u, jump = core_force(
-        codes, offsets, p, z, w, s, u, temperature, a, v_m, trial, dp, dm, modified, rare, wanted
-    )
-    if remembers:
-        for k in range(codes.size):
-            if is_memory(codes[k]):
-                f_z += dm[k] * parts[k, BY_Z]
-                f_w += dm[k] * parts[k, BY_W]
-    return f, f_z, f_w, f_u, jump
+    answer = core_force(core, Point(z, w, s, u, temperature, a, v_m), work.trial, work, wanted)
+    f_z, f_w = answer.by_z, answer.by_w
+    if core.remembers:
+        for k in range(core.codes.size):
+            if core.memory[k]:
+                f_z += work.dm[k] * work.parts[k, BY_Z]
+                f_w += work.dm[k] * work.parts[k, BY_W]
+    return answer.f, f_z, f_w, answer.by_u, answer.jump
+
+
+@inlined
+def _slides(core, mount, stage, space, wanted):
+    """The side to which a core with dry friction slides, ∂f/∂u at rest, and whether friction holds it there."""
+    v, e0, gh = stage.v, stage.e0, stage.gh
+    f, _, _, f_u, jump = _trial(core, stage.x - e0 - gh * v, 0.0, 0.0, stage, space, wanted)
+    phi = contact(mount, stage.inputs[0], e0 + gh * v, v).f
+    phi += stage.b0 + stage.b1 * v
+    return (-1.0 if f > phi else 1.0), f_u, abs(f - phi) <= jump
 
 
 @pasted
-def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, guess, state, memory, work, wanted):
-    """Velocity of the core at one implicit stage, from a `guess` of it.
-
-    `inputs` are u, temperature, a and v_m; `b0 + b1·de/dt` is the force of the mount's relaxing branch.
-    Returns w, ∂f/∂z + ∂φ/∂e, ∂f/∂u, the slope of the equation by w, and whether it converged; a slope of 0 means stick.
-    """
-    km, cm, gap, tol = mount[K], mount[C] + mount[C_CONTROL] * inputs[0], mount[GAP], state[4]
+def solve(core, mount, stage, guess, space, wanted):
+    """Solves one implicit stage for the velocity of the core, from a `guess` of it."""
+    x, v, e0, gh, b0, b1 = stage.x, stage.v, stage.e0, stage.gh, stage.b0, stage.b1
+    state, u = space.carried.state, stage.inputs[0]
+    tol = state[TOLERANCE]
     low, high, side = -np.inf, np.inf, 0.0
-    w, stiff, f_u, slope, done, near = guess, 0.0, 0.0, 0.0, False, state[9] > 0.0
-    if program[6]:  # dry friction: does it hold the core at rest?
-        f, _, _, f_u, jump = _trial(program, x - e0 - gh * v, 0.0, 0.0, h, inputs, state, memory, work, wanted)
-        phi, _, _, _, _, _ = contact(km, cm, gap, e0 + gh * v, v)
-        phi += b0 + b1 * v
-        side = -1.0 if f > phi else 1.0
-        done = abs(f - phi) <= jump
-        if side > 0:
-            low = 0.0
-        else:
-            high = 0.0
+    w, stiff, f_u, slope, done, near = guess, 0.0, 0.0, 0.0, False, state[MET_AT_ONCE] > 0.0
+    if core.jumps:
+        side, f_u, done = _slides(core, mount, stage, space, wanted)
+        low, high = (0.0, high) if side > 0 else (low, 0.0)
         if done:
             w = 0.0
         elif guess * side <= 0.0:
@@ -117,11 +138,11 @@ def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, guess, state, memory,
         iterations += 1
         rate = v - w
         s = side if side != 0.0 else (1.0 if w > 0 else -1.0)
-        f, f_z, f_w, f_u, _ = _trial(program, x - e0 - gh * rate, w, s, h, inputs, state, memory, work, wanted and near)
-        phi, phi_e, phi_r, _, _, _ = contact(km, cm, gap, e0 + gh * rate, rate)
-        residual = f - phi - (b0 + b1 * rate)
-        stiff = f_z + phi_e
-        slope = f_w + gh * stiff + phi_r + b1
+        f, f_z, f_w, f_u, _ = _trial(core, x - e0 - gh * rate, w, s, stage, space, wanted and near)
+        met_at = contact(mount, u, e0 + gh * rate, rate)
+        residual = f - met_at.f - (b0 + b1 * rate)
+        stiff = f_z + met_at.by_e
+        slope = f_w + gh * stiff + met_at.by_rate + b1
         if residual < 0.0:
             low = w
         else:
@@ -133,7 +154,7 @@ def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, guess, state, memory,
         done = met and (near or not wanted)
         near = met or abs(step) <= _NEAR * abs(w)
         if iterations == 1:
-            state[9] = 1.0 if met else 0.0
+            state[MET_AT_ONCE] = 1.0 if met else 0.0
         inside = low < w + step < high
         # Lost as Newton is where the force jumps, or where its slope all but vanishes.
         lost = abs(step) > (0.5 * last if bounded else 2.0 * abs(w) + _FAR * tol)
@@ -143,87 +164,98 @@ def solve(program, mount, x, v, inputs, e0, gh, h, b0, b1, guess, state, memory,
             w += step
             last = abs(step)
         if done and inside:
-            _follow(program, gh, step, work)
+            _follow(core, gh, step, space.work)
         slope = max(slope, 1e-300)
-    return w, stiff, f_u, slope, done
+    return Solved(w, stiff, f_u, slope, done)
 
 
 @inlined
-def _follow(program, gh, shift, work):
+def _follow(core, gh, shift, work):
     """Takes the memories along with the last step of the velocity, a small one."""
-    trial, parts = work[0], work[1]
-    if program[5]:
-        for k in range(trial.size):
-            if is_memory(program[0][k]):
-                trial[k] += (gh * parts[k, BY_Z] + parts[k, BY_W]) * shift
+    if core.remembers:
+        for k in range(core.codes.size):
+            if core.memory[k]:
+                work.trial[k] += (gh * work.parts[k, BY_Z] + work.parts[k, BY_W]) * shift
 
 
 @pasted
-def rate_sensitivity(
-    program, mount, mount_column, e, rate, u, stiff, f_u, slope, de, de_base, f2, f2_base, gh, du, i, q, sens, work, out
-):  # fmt: skip
-    """∂(de/dt)/∂θ of one stage by the implicit function theorem; zero where the core sticks."""
-    inverse = 1.0 / slope if slope > 0.0 else 0.0
-    codes, offsets, p, column = program[0], program[1], program[2], program[3]
-    parts, dp, dm = work[1], work[3], work[4]
+def rate_sensitivity(core, drive, mounting, ended, solved, space):
+    """∂(de/dt)/∂θ of one stage by the implicit function theorem, into `stages.rate`; zero where the core sticks."""
+    mount, mount_column = mounting
+    i, q, e, rate, u, f2, gh = ended
+    work, stages, out = space.work, space.stages, space.stages.rate
+    inverse = 1.0 / solved.slope if solved.slope > 0.0 else 0.0
     for j in range(out.size):
-        out[j] = -stiff * de_base[j]
-    for j in range(p.size):
-        if column[j] >= 0:
-            out[column[j]] += dp[j]
-    for j in range(du.shape[0]):
-        out[j] += (f_u - mount[C_CONTROL] * rate) * (du[j, i] + q * (du[j, i + 1] - du[j, i]))
-    if program[5]:
-        for k in range(codes.size):
-            if is_memory(codes[k]):
-                first = own(codes[k], offsets[k])
-                for j in range(out.size):  # the leg began at z_old, which moved by −de
-                    out[j] += dm[k] * (parts[k, BY_MEMORY] * sens[k, j] + parts[k, BY_Z] * de[j])
-                    out[j] += dm[k] * parts[k, BY_W_OLD] * sens[codes.size + 1, j]
-                for j in range(own_count(codes[k])):
-                    if column[first + j] >= 0:
-                        out[column[first + j]] += dm[k] * parts[k, OWN + j]
-    add_mount_partials(out, mount_column, e, rate, u, mount, -1.0)
-    if mount[K2] > 0.0:
+        out[j] = -solved.stiff * stages.base[j]
+    for j in range(core.p.size):
+        if core.column[j] >= 0:
+            out[core.column[j]] += work.dp[j]
+    for j in range(drive.du.shape[0]):
+        du = drive.du[j, i] + q * (drive.du[j, i + 1] - drive.du[j, i])
+        out[j] += (solved.by_u - mount.c_control * rate) * du
+    if core.remembers:
+        _add_memories(out, core, space)
+    add_mount_partials(out, mounting, e, rate, u, -1.0)
+    if mount.k2 > 0.0:
         by_f2, by_k2, by_c2 = branch_partials(mount, f2, gh, rate)
         for j in range(out.size):
-            out[j] -= by_f2 * f2_base[j]
-        if mount_column[K2] >= 0:
-            out[mount_column[K2]] -= by_k2
-        if mount_column[C2] >= 0:
-            out[mount_column[C2]] -= by_c2
+            out[j] -= by_f2 * stages.branch[j]
+        if mount_column.k2 >= 0:
+            out[mount_column.k2] -= by_k2
+        if mount_column.c2 >= 0:
+            out[mount_column.c2] -= by_c2
     for j in range(out.size):
         out[j] *= inverse
 
 
+@inlined
+def _add_memories(out, core, space):
+    """Adds what the force owes to the memories at the last step and to their own parameters."""
+    work, sens, de = space.work, space.carried.sens, space.carried.de
+    parts, dm, last = work.parts, work.dm, core.codes.size + 1
+    for k in range(core.codes.size):
+        if core.memory[k]:
+            first = own(core.codes[k], core.offsets[k])
+            for j in range(out.size):  # the leg began at z_old, which moved by −de
+                out[j] += dm[k] * (parts[k, BY_MEMORY] * sens[k, j] + parts[k, BY_Z] * de[j])
+                out[j] += dm[k] * parts[k, BY_W_OLD] * sens[last, j]
+            for j in range(own_count(core.codes[k])):
+                if core.column[first + j] >= 0:
+                    out[core.column[first + j]] += dm[k] * parts[k, OWN + j]
+
+
 @compiled
-def carry(program, sens, de, de_new, rate_sens, parts):
+def carry(core, space):
     """Sensitivities of the memories after a step in which the core moved by the change of −e to a velocity v − r."""
-    codes, offsets, column = program[0], program[1], program[3]
-    for k in range(codes.size):
-        if is_memory(codes[k]):
-            first = own(codes[k], offsets[k])
+    sens, de, de_new = space.carried.sens, space.carried.de, space.stages.base
+    rate, parts, last = space.stages.rate, space.work.parts, core.codes.size + 1
+    for k in range(core.codes.size):
+        if core.memory[k]:
+            first = own(core.codes[k], core.offsets[k])
             for j in range(de.size):
                 sens[k, j] = parts[k, BY_MEMORY] * sens[k, j] + parts[k, BY_Z] * (de[j] - de_new[j])
-                sens[k, j] += parts[k, BY_W_OLD] * sens[codes.size + 1, j] - parts[k, BY_W] * rate_sens[j]
-            for j in range(own_count(codes[k])):
-                if column[first + j] >= 0:
-                    sens[k, column[first + j]] += parts[k, OWN + j]
+                sens[k, j] += parts[k, BY_W_OLD] * sens[last, j] - parts[k, BY_W] * rate[j]
+            for j in range(own_count(core.codes[k])):
+                if core.column[first + j] >= 0:
+                    sens[k, core.column[first + j]] += parts[k, OWN + j]
     for j in range(de.size):
-        sens[codes.size + 1, j] = -rate_sens[j]
+        sens[last, j] = -rate[j]
 
 
 @compiled
-def branch_sensitivity(mount, mount_column, f2, gh, rate, rate_sens, f2_base, f2_sens, last):
+def branch_sensitivity(mounting, ended, space, last):
     """Carries the sensitivity of the relaxing branch over a stage, to the base of the next one or to the step's end."""
-    by_f2, by_k2, by_c2 = branch_partials(mount, f2, gh, rate)
-    _, b1 = branch(mount, 0.0, gh)
+    mount, column = mounting
+    f2_sens, f2_base = space.carried.sens[space.carried.memory.size], space.stages.branch
+    rate = space.stages.rate
+    by_f2, by_k2, by_c2 = branch_partials(mount, ended.f2, ended.gh, ended.rate)
+    _, b1 = branch(mount, 0.0, ended.gh)
     ahead = (1.0 - GAMMA) / GAMMA
-    for j in range(rate_sens.size):
-        new = by_f2 * f2_base[j] + b1 * rate_sens[j]
-        if j == mount_column[K2]:
+    for j in range(rate.size):
+        new = by_f2 * f2_base[j] + b1 * rate[j]
+        if j == column.k2:
             new += by_k2
-        if j == mount_column[C2]:
+        if j == column.c2:
             new += by_c2
         if last:
             f2_sens[j] = new

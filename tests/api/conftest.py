@@ -1,30 +1,21 @@
-"""Fixtures of the doors: a store on each database, and a campaign that is accepted."""
+"""Fixtures of api: a store on each database, and a campaign that is accepted."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import json
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from sqlalchemy import update
 
-from api.processes import Child
-from api.store import Store
-
-
-class Clock:
-    """Seconds that pass when a test says so."""
-
-    def __init__(self) -> None:
-        self.now_s = 1_000_000.0
-
-    def __call__(self) -> float:
-        return self.now_s
-
-
-@pytest.fixture
-def clock() -> Clock:
-    return Clock()
+from api.campaigns.store import CampaignStore
+from api.processes.child import Child
+from api.store.database import Database
+from api.store.tables import jobs, leases
+from rigctl.runfile import write_run
+from tests.api.measured import MODEL, NAMES, a_run
 
 
 @pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.postgresql)])
@@ -36,9 +27,26 @@ def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
 
 
 @pytest.fixture
-def store(database_url: str, clock: Clock) -> Iterator[Store]:
-    with Store(database_url, clock=clock) as opened:
+def database(database_url: str) -> Iterator[Database]:
+    with Database(database_url) as opened:
         yield opened
+
+
+@pytest.fixture
+def store(database: Database) -> CampaignStore:
+    return CampaignStore(database)
+
+
+@pytest.fixture
+def pass_time(database: Database) -> Callable[[float], None]:
+    """Let seconds pass for every lease and every end of a job: the database's clock itself cannot be moved."""
+
+    def passed(seconds: float) -> None:
+        with database.writing() as connection:
+            connection.execute(update(leases).values(expires_at_s=leases.c.expires_at_s - seconds))
+            connection.execute(update(jobs).values(ended_at_s=jobs.c.ended_at_s - seconds))
+
+    return passed
 
 
 @pytest.fixture
@@ -71,3 +79,26 @@ def service(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Child]:
     with Child(["serve", "--data", str(tmp_path / "lab"), "--port", "0"], tmp_path / "serve.log") as child:
         child.wait_until_ready()
         yield child
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four good runs, a model, and a run that explain refuses."""
+    place = tmp_path_factory.mktemp("measured")
+    for k, (name, frequency) in enumerate(zip(NAMES, (1.0, 2.0, 4.0, 2.5), strict=True)):
+        write_run(place / name, a_run(k, frequency))
+    write_run(place / "reversed.h5", a_run(5, 2.0, sign=-1.0))
+    (place / "model.json").write_text(json.dumps(MODEL))
+    return place
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("lab")
+
+
+@pytest.fixture(scope="module")
+def base(lab: Path) -> Iterator[str]:
+    """The address of a service that the tests of a module share."""
+    with Child(["serve", "--data", str(lab / "data"), "--port", "0"], lab / "serve.log") as child:
+        yield child.wait_until_ready()

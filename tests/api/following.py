@@ -1,4 +1,4 @@
-"""Following a campaign over HTTP until it has ended or is where a test wants it."""
+"""Following a campaign or a job over HTTP until it has ended or is where a test wants it."""
 
 from __future__ import annotations
 
@@ -25,14 +25,16 @@ def get(base: str, path: str) -> Answer:
     return answer
 
 
-def until(base: str, campaign_id: str, reached: Callable[[Answer], bool], within_s: float = 180.0) -> Answer:
+def until(base: str, campaign_id: str, is_there: Callable[[Answer], bool], within_s: float = 180.0) -> Answer:
+    return reached(base, f"/v1/campaigns/{campaign_id}", is_there, within_s)
+
+
+def reached(base: str, path: str, is_there: Callable[[Answer], bool], within_s: float = 180.0) -> Answer:
     ends = time.monotonic() + within_s
-    while True:
-        campaign = get(base, f"/v1/campaigns/{campaign_id}")
-        if reached(campaign):
-            return campaign
-        assert time.monotonic() < ends, f"not there within {within_s} s: {campaign}"
+    while not is_there(answer := get(base, path)):
+        assert time.monotonic() < ends, f"not there within {within_s} s: {answer}"
         time.sleep(0.05)
+    return answer
 
 
 def ended(campaign: Answer) -> bool:

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from api.autopilot import SURE
+from api.campaigns.autopilot import SURE
 from api.cli.main import main
 from rigctl.runfile import read_run
-from tests.api.test_rig_commands import a_sim
+from tests.api.rigs import a_sim
 
 MODEL = Path(__file__).parents[2] / "examples" / "models" / "semi-active.json"
 FIRST = """

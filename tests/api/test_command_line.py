@@ -21,7 +21,7 @@ from scipy.io import savemat
 from api.cli.arguments import spread
 from api.cli.main import main
 from api.cli.run import plan_of
-from api.run_formats import read_any, write_any
+from api.cli.run_formats import read_any, write_any
 from rigctl.runfile import Run, read_run, write_run
 
 COMMAND = [sys.executable, "-m", "api.cli"]

@@ -3,89 +3,19 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
-import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import httpx
-import numpy as np
 import pytest
-from sqlalchemy import select
 
 from api.cli.main import main
-from api.database import reading
-from api.errors import Conflict, LeaseLost, NotFound
-from api.explain_process import Job
-from api.explanation_store import LEFT_OPEN, ExplanationStore
-from api.processes import Child
-from api.records import ExplanationState
-from api.store import Store
-from api.tables import explanations
-from rigctl.runfile import Run, write_run
+from api.jobs.held_job import LEFT_OPEN
+from api.processes.child import Child
 from tests.api.browser import browser
 from tests.api.following import ended as campaign_ended
-from tests.api.following import get, post, until
-
-MODEL = {
-    "format": "damper-rig/model",
-    "format_version": 1,
-    "name": "as simulated",
-    "kind": "physical",
-    "paths": {"core": [{"element": "viscous_damping", "parameters": {"c": 600.0}}]},
-}
-NAMES = ("slow.h5", "middle.h5", "fast.h5", "check.h5")
-
-
-def a_run(k: int, frequency_hz: float, *, sign: float = 1.0) -> Run:
-    """A viscous damper with dry friction on a sine."""
-    t = np.arange(4000) / 1000.0
-    phase = 2 * np.pi * frequency_hz * t
-    v = 0.02 * 2 * np.pi * frequency_hz * np.cos(phase)
-    force = 700.0 * v + 30.0 * np.tanh(v / 0.004) + np.random.default_rng(k).normal(0, 1, t.size)
-    return Run(
-        run_id=f"run {k}",
-        created="2026-11-21T00:00:00+00:00",
-        specimen="damper 7",
-        sample_rate_hz=1000.0,
-        period_samples=round(1000 / frequency_hz),
-        excitation_kind="sine",
-        status="complete",
-        channels={"displacement": 0.02 * np.sin(phase), "force": sign * force},
-        units={"displacement": "m", "force": "N"},
-    )
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Four good runs, a model, and a run that explain refuses."""
-    place = tmp_path_factory.mktemp("runs")
-    for k, (name, frequency) in enumerate(zip(NAMES, (1.0, 2.0, 4.0, 2.5), strict=True)):
-        write_run(place / name, a_run(k, frequency))
-    write_run(place / "reversed.h5", a_run(5, 2.0, sign=-1.0))
-    (place / "model.json").write_text(json.dumps(MODEL))
-    return place
-
-
-@pytest.fixture(scope="module")
-def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("lab")
-
-
-@pytest.fixture(scope="module")
-def base(lab: Path) -> Any:
-    with Child(["serve", "--data", str(lab / "data"), "--port", "0"], lab / "serve.log") as child:
-        yield child.wait_until_ready()
-
-
-def sent(base: str, path: Path) -> str:
-    answer = httpx.post(f"{base}/v1/runs", params={"name": path.name}, content=path.read_bytes(), timeout=30)
-    assert answer.status_code == 201, answer.text
-    assert answer.json()["name"] == path.name
-    assert get(base, f"/v1/runs/{answer.json()['id']}") == answer.json()
-    return str(answer.json()["id"])
+from tests.api.following import get, post, reached, until
+from tests.api.measured import MODEL, NAMES, sent
 
 
 def asked(base: str, body: dict[str, Any]) -> httpx.Response:
@@ -93,15 +23,7 @@ def asked(base: str, body: dict[str, Any]) -> httpx.Response:
 
 
 def ended(base: str, explanation_id: str, within_s: float = 300.0) -> dict[str, Any]:
-    return reached(base, explanation_id, lambda one: one["ended"] is not None, within_s)
-
-
-def reached(base: str, explanation_id: str, there: Any, within_s: float = 180.0) -> dict[str, Any]:
-    ends = time.monotonic() + within_s
-    while not there(one := get(base, f"/v1/explanations/{explanation_id}")):
-        assert time.monotonic() < ends, one
-        time.sleep(0.05)
-    return one
+    return reached(base, f"/v1/explanations/{explanation_id}", lambda one: one["ended"] is not None, within_s)
 
 
 def test_uploaded_runs_are_explained_as_on_the_command_line(base: str, folder: Path, tmp_path: Path) -> None:
@@ -127,7 +49,7 @@ def test_uploaded_runs_are_explained_as_on_the_command_line(base: str, folder: P
     assert (late.status_code, late.json()["detail"].count(done["id"])) == (409, 1)
 
 
-def test_what_the_command_line_refuses_is_refused_at_the_door_in_its_words(
+def test_what_the_command_line_refuses_is_refused_in_its_words_before_it_is_accepted(
     base: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = get(base, "/v1/explanations")
@@ -199,22 +121,15 @@ def test_work_begins_anew_after_a_stop_of_the_service_and_is_said_to_be_lost_aft
 ) -> None:
     body = {"model": MODEL, "runs": [sent(service.url, folder / name) for name in NAMES]}
     one = str(asked(service.url, body).json()["id"])
-    reached(service.url, one, lambda one: one["phase"])
+    reached(service.url, f"/v1/explanations/{one}", lambda one: one["phase"])
     assert service.stop() == 0
     arguments = ["serve", "--data", str(tmp_path / "lab"), "--port", "0"]
     with Child(arguments, tmp_path / "again.log") as second:
-        reached(second.wait_until_ready(), one, lambda one: one["phase"])
+        reached(second.wait_until_ready(), f"/v1/explanations/{one}", lambda one: one["phase"])
         second.kill()
     with Child(arguments, tmp_path / "third.log") as third:
         left = ended(third.wait_until_ready(), one)
     assert (left["state"], left["reason"], left["report"]) == ("failed", LEFT_OPEN, None)
-
-
-def test_a_job_that_is_killed_is_said_to_have_ended_without_an_answer(folder: Path, tmp_path: Path) -> None:
-    with Job(MODEL, [folder / NAMES[0]], [], output=tmp_path / "report") as job:
-        os.kill(job.pid, signal.SIGKILL)
-        assert job.ended(20.0)
-        assert "ended without an answer (-9)" in job.finding().trouble
 
 
 @pytest.mark.browser
@@ -240,49 +155,3 @@ def test_a_test_engineer_asks_in_the_browser_and_reads_the_report(
         page.open(link)
         page.wait_for("document.querySelectorAll('.verdict, .js-plotly-plot').length > 1")
         assert page.complaints == []
-
-
-def accept(store: ExplanationStore) -> str:
-    return store.create(name="x", campaign_id="", model=MODEL, runs=["r1"], held_out=[]).id
-
-
-def test_only_the_one_who_took_an_explanation_writes_of_it(store: Store, clock: Any) -> None:
-    kept = ExplanationStore(store)
-    first, second = accept(kept), accept(kept)
-    taken = kept.take_next("me", 20.0)
-    assert taken is not None
-    assert (taken.id, taken.state, taken.model) == (first, ExplanationState.RUNNING, MODEL)
-    assert kept.sign_of_life(first, "me", 20.0, "fitting", 0.5) is None
-    with pytest.raises(LeaseLost):
-        kept.sign_of_life(first, "another", 20.0, "fitting", 0.5)
-    with pytest.raises(LeaseLost):
-        kept.end(first, "another", ExplanationState.DONE)
-    kept.cancel(first, "enough")
-    assert kept.sign_of_life(first, "me", 20.0, "fitting", 0.6) == "enough"
-    kept.end(first, "me", ExplanationState.CANCELLED, "enough")
-    assert [one.id for one in kept.newest()] == [second, first]
-    assert kept.one(first).reason == "enough"
-    kept.take_next("me", 20.0)
-    clock.now_s += 21.0
-    kept.close_left_open()
-    assert (kept.one(second).state, kept.one(second).reason) == (ExplanationState.FAILED, LEFT_OPEN)
-    with pytest.raises(LeaseLost):
-        kept.end(second, "me", ExplanationState.DONE)
-    with pytest.raises(Conflict, match="failed"):
-        kept.cancel(second, "late")
-    with pytest.raises(NotFound, match="GET /v1/explanations"):
-        kept.one("nobody")
-
-
-def test_what_is_given_back_is_taken_again_and_what_found_something_says_it(store: Store) -> None:
-    kept = ExplanationStore(store)
-    one = accept(kept)
-    kept.take_next("me", 20.0)
-    kept.give_back(one, "me")
-    assert kept.take_next("another", 20.0) == replace(kept.one(one), state=ExplanationState.RUNNING)
-    kept.end(one, "another", ExplanationState.DONE, verdict="explained", effects=[("coulomb_friction", 0.99)])
-    done = kept.one(one)
-    assert (done.verdict, done.effects, done.done) == ("explained", (("coulomb_friction", 0.99),), 1.0)
-    assert kept.take_next("another", 20.0) is None
-    with reading(store.engine) as connection:
-        assert connection.execute(select(explanations.c.owner)).scalars().all() == ["another"]

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -17,22 +16,13 @@ import pytest
 
 from api.cli.main import main
 from excitation.files import read_excitation, write_excitation
-from excitation.signal import Excitation, Kind
+from excitation.kinds import Kind
+from excitation.signal import Excitation
 from rigctl.address import connect
 from rigctl.runfile import read_run
+from tests.api.rigs import a_sim
 
 RIGS = ("modbus://127.0.0.1:0", "can://loopback/cli-{}", "can://loopback/cli-{}?fd=true")
-
-
-@contextmanager
-def a_sim(url: str, *options: str) -> Iterator[str]:
-    command = [sys.executable, "-m", "api.cli", "sim", "--listen", url.format(os.getpid()), *options]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        try:
-            yield process.stdout.readline().split()[1]
-        finally:
-            process.terminate()
 
 
 @pytest.fixture

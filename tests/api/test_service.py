@@ -14,7 +14,7 @@ from typing import Any
 import httpx
 import pytest
 
-from api.processes import Child
+from api.processes.child import Child
 from rigctl.player import connect
 from rigctl.runfile import read_run
 from tests.api.browser import browser
@@ -169,7 +169,7 @@ def test_after_kill_9_the_campaign_is_closed_truthfully_and_its_samples_are_kept
 
 def test_a_service_ends_when_the_program_that_started_it_is_killed(tmp_path: Path) -> None:
     starts = (
-        "import sys, time; from pathlib import Path; from api.processes import Child; "
+        "import sys, time; from pathlib import Path; from api.processes.child import Child; "
         "child = Child(['serve', '--data', sys.argv[1], '--port', '0'], Path(sys.argv[1] + '.log')); "
         "child.wait_until_ready(); print(child.pid, flush=True); time.sleep(600)"
     )

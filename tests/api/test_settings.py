@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -31,6 +30,8 @@ def test_the_store_lies_in_the_data_folder_unless_an_address_is_given() -> None:
         ({"DAMPER_RIG_PORT": "-1"}, ["port", "-1", "65535"]),
         ({"DAMPER_RIG_LEASE_S": "nan"}, ["lease_s", "nan", "positive"]),
         ({"DAMPER_RIG_LEASE_S": "0.1"}, ["poll_s", "quarter"]),
+        ({"DAMPER_RIG_KEEP_RESULTS_DAYS": "0"}, ["keep_results_days", "0", "inf"]),
+        ({"DAMPER_RIG_KEEP_RESULTS_DAYS": "nan"}, ["keep_results_days", "nan", "positive"]),
         ({"DAMPER_RIG_HOST": " "}, ["host", "127.0.0.1"]),
         ({"DAMPER_RIG_DATABASE_URL": "oracle://x"}, ["oracle", "sqlite:///"]),
     ],
@@ -48,6 +49,6 @@ def test_a_password_in_a_refused_address_is_not_repeated() -> None:
     assert "secret" not in str(caught.value)
 
 
-def test_the_environment_of_tests_is_not_a_misspelt_setting() -> None:
-    environ: dict[str, Any] = {"DAMPER_RIG_TEST_POSTGRESQL": "x", "DAMPER_RIG_REQUIRE_ALL": "1"}
-    assert read_settings(environ) == Settings()
+def test_what_is_read_elsewhere_is_not_a_misspelt_setting() -> None:
+    names = ("DAMPER_RIG_TEST_POSTGRESQL", "DAMPER_RIG_REQUIRE_ALL", "DAMPER_RIG_WORKERS", "DAMPER_RIG_EXECUTOR")
+    assert read_settings(dict.fromkeys(names, "1")) == Settings()

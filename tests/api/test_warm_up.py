@@ -7,7 +7,7 @@ from pathlib import Path
 import httpx
 import numpy as np
 
-from api.processes import Child
+from api.processes.child import Child
 from rigctl.runfile import read_run
 from tests.api.following import ended, get, post, states, until
 
@@ -36,7 +36,7 @@ def test_a_gate_that_cannot_open_fails_the_campaign_in_words(service: Child, rig
     assert "play a warm-up first" in done["reason"]
 
 
-def test_a_warm_up_that_cannot_be_is_refused_at_the_door(service: Child, rig: str) -> None:
+def test_a_warm_up_that_cannot_be_is_refused_before_it_is_accepted(service: Child, rig: str) -> None:
     body = {"name": "bad", "rig": rig, "specimen": "d", "tests": [{**SINE, "name": "t"}]}
     answer = httpx.post(f"{service.url}/v1/campaigns", json={**body, "warm_up": {**WARM_UP, "frequency": -1}})
     assert answer.status_code == 422

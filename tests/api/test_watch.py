@@ -1,38 +1,49 @@
-"""What stands between a streaming player and the store: the stream never waits, and trouble stops the rig in time."""
+"""What stands between a streaming player and the store: the stream never waits, and a failure stops the rig in time."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from threading import Event
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
-from api.campaigns import NewCampaign
+from api.campaigns.held_rig import HeldRig, hold_rig
+from api.campaigns.live import Live
+from api.campaigns.new_campaign import NewCampaign
+from api.campaigns.orders import Asked
+from api.campaigns.records import Campaign
+from api.campaigns.store import CampaignStore
+from api.campaigns.watch import SHUTDOWN, Watch
 from api.errors import LeaseLost, StoreError
-from api.leases import Leased, acquire
-from api.live import Live
-from api.orders import Asked
-from api.records import Campaign
-from api.store import Store
-from api.watch import SHUTDOWN, Watch
+from api.store.database import Database
 from rigctl.progress import Phase, Progress
 
 RIG = "modbus://127.0.0.1:5020"
 POLL_S = 0.01
 
 
+class Lab(NamedTuple):
+    """A campaign that a worker has taken."""
+
+    database: Database
+    store: CampaignStore
+    held: HeldRig
+    campaign: Campaign
+
+
 @pytest.fixture
-def lab(tmp_path: Path, body: dict[str, Any]) -> Iterator[tuple[Store, Leased, Campaign]]:
-    with Store(f"sqlite:///{tmp_path / 'campaigns.db'}") as store:
-        store.create(NewCampaign(**body))
-        leased = acquire(store, RIG, "worker 1", 20.0)
-        assert leased is not None
-        campaign = leased.take_next()
+def lab(tmp_path: Path, body: dict[str, Any]) -> Iterator[Lab]:
+    with Database(f"sqlite:///{tmp_path / 'campaigns.db'}") as database:
+        CampaignStore(database).create(NewCampaign(**body))
+        held = hold_rig(database, RIG, "worker 1", 20.0)
+        assert held is not None
+        campaign = held.take_next()
         assert campaign is not None
-        yield store, leased, campaign
+        yield Lab(database, CampaignStore(database), held, campaign)
 
 
 def until(true: Callable[[], bool], within_s: float = 10.0) -> None:
@@ -46,21 +57,21 @@ def progress(samples: int, phase: Phase = Phase.RUNNING) -> Progress:
     return Progress(test="slow", phase=phase, samples=samples, total_samples=500)
 
 
-def test_progress_reaches_the_store_and_an_abort_the_player(lab: tuple[Store, Leased, Campaign]) -> None:
-    store, leased, campaign = lab
-    with Watch(leased, campaign, Live(), stop=Event(), poll_s=POLL_S) as watch:
+def test_progress_reaches_the_store_and_an_abort_the_player(lab: Lab) -> None:
+    _, store, held, campaign = lab
+    with Watch(held, campaign, Live(), stop=Event(), poll_s=POLL_S) as watch:
         watch.begin(0)
         watch.on_progress(progress(123))
         until(lambda: store.campaign(campaign.id).tests[0].samples == 123)
         assert watch.should_stop() is None
         store.abort(campaign.id, "wrong specimen")
         until(lambda: watch.should_stop() == "wrong specimen")
-    assert watch.trouble is None
+    assert watch.failure is None
 
 
-def test_a_hold_its_end_and_a_stop_reach_the_player(lab: tuple[Store, Leased, Campaign]) -> None:
-    store, leased, campaign = lab
-    with Watch(leased, campaign, Live(), stop=Event(), poll_s=POLL_S) as watch:
+def test_a_hold_its_end_and_a_stop_reach_the_player(lab: Lab) -> None:
+    _, store, held, campaign = lab
+    with Watch(held, campaign, Live(), stop=Event(), poll_s=POLL_S) as watch:
         assert not watch.should_hold()
         store.ask(campaign.id, Asked.HOLD, "over HTTP")
         until(watch.should_hold)
@@ -75,25 +86,25 @@ def test_a_hold_its_end_and_a_stop_reach_the_player(lab: tuple[Store, Leased, Ca
         assert watch.should_stop() == "home"
 
 
-def test_a_stopping_service_stops_the_player_at_once(lab: tuple[Store, Leased, Campaign]) -> None:
-    _, leased, campaign = lab
+def test_a_stopping_service_stops_the_player_at_once(lab: Lab) -> None:
+    _, _, held, campaign = lab
     stop = Event()
-    with Watch(leased, campaign, Live(), stop=stop, poll_s=60.0) as watch:
+    with Watch(held, campaign, Live(), stop=stop, poll_s=60.0) as watch:
         assert watch.should_stop() is None
         stop.set()
         assert watch.should_stop() == SHUTDOWN
 
 
-def test_a_lost_lease_stops_the_player_and_is_told(lab: tuple[Store, Leased, Campaign]) -> None:
-    store, leased, campaign = lab
-    with Watch(leased, campaign, Live(), stop=Event(), poll_s=POLL_S) as watch:
-        leased.release()
-        assert acquire(store, RIG, "worker 2", 20.0) is not None
+def test_a_lost_lease_stops_the_player_and_is_told(lab: Lab) -> None:
+    database, _, held, campaign = lab
+    with Watch(held, campaign, Live(), stop=Event(), poll_s=POLL_S) as watch:
+        held.release()
+        assert hold_rig(database, RIG, "worker 2", 20.0) is not None
         until(lambda: watch.should_stop() is not None)
-    assert isinstance(watch.trouble, LeaseLost)
+    assert isinstance(watch.failure, LeaseLost)
 
 
-class Silent(Leased):
+class Silent(HeldRig):
     """A lease whose store does not answer any more."""
 
     def sign_of_life(self, campaign: Campaign) -> str | None:
@@ -101,11 +112,11 @@ class Silent(Leased):
 
 
 def test_a_store_that_does_not_answer_is_borne_for_half_the_lease_and_no_longer(
-    lab: tuple[Store, Leased, Campaign],
+    lab: Lab,
 ) -> None:
-    store, leased, campaign = lab
+    database, _, held, campaign = lab
     now = [100.0]
-    silent = Silent(store, leased.lease, 20.0)
+    silent = Silent(database, RIG, held.lease)
     with Watch(silent, campaign, Live(), stop=Event(), poll_s=POLL_S, now=lambda: now[0]) as watch:
         now[0] += 9.0
         assert watch.should_stop() is None
@@ -113,14 +124,14 @@ def test_a_store_that_does_not_answer_is_borne_for_half_the_lease_and_no_longer(
         assert watch.should_stop() is None
         now[0] += 2.0
         until(lambda: watch.should_stop() == "the store does not answer")
-    assert isinstance(watch.trouble, StoreError)
+    assert isinstance(watch.failure, StoreError)
 
 
-def test_a_player_that_hangs_loses_its_lease(lab: tuple[Store, Leased, Campaign]) -> None:
-    store, leased, campaign = lab
+def test_a_player_that_hangs_loses_its_lease(lab: Lab) -> None:
+    database, _, held, campaign = lab
     now = [100.0]
-    short = Leased(store, leased.lease, 0.05)
+    short = HeldRig(database, RIG, replace(held.lease, length_s=0.05))
     short.sign_of_life(campaign)
     with Watch(short, campaign, Live(), stop=Event(), poll_s=POLL_S, now=lambda: now[0]):
         now[0] += 1.0  # since the player's last call
-        until(lambda: acquire(store, RIG, "worker 2", 20.0) is not None)
+        until(lambda: hold_rig(database, RIG, "worker 2", 20.0) is not None)

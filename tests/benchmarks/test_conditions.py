@@ -1,4 +1,4 @@
-"""What the comparison and the curves of `make bench-explain` stand on: same specimens, measured otherwise."""
+"""Conditions change the measurement of a specimen and nothing else."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_as_many_runs_as_asked_for_are_measured_on_the_same_specimen(count: int)
     assert np.array_equal(few.truth[0], made().truth[0])
 
 
-def test_sines_only_are_sines_and_the_held_out_runs_stay() -> None:
+def test_sines_only_are_sines_and_the_held_out_runs_are_unchanged() -> None:
     sines = made(Conditions(runs=4, sines_only=True))
     assert [run.excitation_kind for run in sines.runs] == ["sine"] * 4
     assert np.array_equal(sines.truth[0], made().truth[0])
@@ -55,7 +55,7 @@ def test_a_wrong_base_curve_changes_the_force_by_about_what_was_asked_for() -> N
         wrong = made(Conditions(base_error=error))
         return float(np.std(np.concatenate(wrong.truth) - np.concatenate(made().truth))) / force_rms(made())
 
-    assert 0.003 < change(0.5) < change(1.0) < 0.3  # a refit takes up most of it
+    assert 0.003 < change(0.5) < change(1.0) < 0.3  # a refit absorbs most of it
     with pytest.raises(OutOfReach, match="quadratic_damping"):
         made(Conditions(base_error=4.0))
 

@@ -1,4 +1,4 @@
-"""Hidden cases: reproducible, physical, as noisy as they say, and of known names."""
+"""Hidden cases are reproducible and physical, with the stated noise and known names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from benchmarks.hidden import KINDS, Case, case, write_case
 from benchmarks.hidden.case import drawn
-from benchmarks.hidden.effects import ALIKE, EFFECTS, compatible
+from benchmarks.hidden.effects import EFFECTS, HARD_TO_TELL_APART, compatible
 from benchmarks.hidden.families import FAMILIES
 from benchmarks.hidden.layout import PARAMETERS, PATH_OF, UNKNOWNS, slot
 from benchmarks.hidden.motion import RATE_HZ, campaign, fine_motion
@@ -72,7 +72,7 @@ def test_with_nothing_hidden_a_refit_of_the_base_meets_the_data_down_to_the_nois
     assert np.std(force - terms @ weights) <= 1.03 * null.noise_n
 
 
-def test_what_is_hidden_shows_after_a_refit_of_the_base() -> None:
+def test_what_is_hidden_is_visible_after_a_refit_of_the_base() -> None:
     one = made(9, "single")
     assert one.effects == ("force_offset",)
     assert one.detail["family"] == "hydraulic_orifice"
@@ -169,8 +169,8 @@ def test_every_element_comes_first_once_in_each_round_of_seeds() -> None:
     assert rounds == set(range(len(EFFECTS)))
 
 
-def test_names_that_nature_cannot_tell_apart_are_never_hidden_together() -> None:
-    for group in ALIKE:
+def test_effects_that_can_hardly_be_told_apart_are_never_hidden_together() -> None:
+    for group in HARD_TO_TELL_APART:
         for name in group:
             assert not any(compatible((name, other)) for other in group)
 
@@ -181,7 +181,7 @@ def test_no_two_numbers_of_a_specimen_share_a_place() -> None:
     assert len(UNKNOWNS) >= 8
 
 
-def test_a_specimen_that_breaks_loose_is_drawn_anew() -> None:
+def test_an_unstable_specimen_is_drawn_again() -> None:
     """On this seed an asymmetry outgrew a saturated valve behind its mount: a hundred times its force, and no root."""
     _, scene, secret = drawn(7223, "single")
     assert "damping_asymmetry" in secret.real
@@ -190,7 +190,7 @@ def test_a_specimen_that_breaks_loose_is_drawn_anew() -> None:
 
 
 @pytest.mark.filterwarnings("ignore:overflow")
-def test_a_machine_whose_tangents_are_infinite_is_drawn_anew() -> None:
+def test_a_machine_whose_tangents_are_infinite_is_drawn_again() -> None:
     _, scene, secret = drawn(18057, "pair")
     assert len(secret.effects) == 2
     assert np.all(np.isfinite(scene.pilot.force(secret.real)))
@@ -201,7 +201,7 @@ def test_a_kind_that_does_not_exist_is_refused() -> None:
         case(0, "quadruple")
 
 
-def test_what_is_written_reads_back_and_the_truth_stands_apart(tmp_path: Path) -> None:
+def test_what_is_written_reads_back_and_the_truth_is_in_its_own_files(tmp_path: Path) -> None:
     one = made(9, "single")
     folder = write_case(one, tmp_path / "case")
     assert json.loads((folder / "model.json").read_text()) == one.base_model

@@ -1,4 +1,4 @@
-"""A share of what `make bench-explain` runs: specimens of another author, in other forms than the catalogue's."""
+"""Some cases of `make bench-explain`: specimens with other equations than the catalogue's."""
 
 from __future__ import annotations
 
@@ -26,14 +26,17 @@ SINGLES = (7, 10, 14, 24)
     ("kind", "seed"),
     [
         *(("single", seed) for seed in SINGLES),
-        ("single", 7222),  # a relief valve and the base beside it fit nearly as well, each seven times the force
-        ("single", 11078),  # a lag after reversals makes a tone near that of the mains
-        ("single", 14260),  # play in a joint, of another law than the catalogue's
+        ("single", 7222),  # a relief valve and the base together fit nearly as well, each seven times the force
+        ("single", 11078),  # a lag after reversals causes a tone near the mains frequency
+        ("single", 14260),  # free play with another law than the catalogue's
         ("pair", 1),
-        ("pair", 11010),  # a spring, and a lag after reversals that alone would pass for most of it
+        ("pair", 11010),  # a spring, and a lag after reversals that alone explains most of it
         ("unknown", 4),
         ("null", 2),
-        ("null", 19),  # its base turns over more gently than the canonical form: a finer curve, not a missing effect
+        (
+            "null",
+            19,
+        ),  # the hysteresis of its base is smoother than the canonical form: a better curve, not a missing effect
     ],
 )
 def test_what_is_hidden_is_named_and_what_is_not_is_not(kind: str, seed: int) -> None:
@@ -60,7 +63,7 @@ def test_each_of_several_names_says_and_draws_what_the_gap_is_without_it() -> No
 
 
 def size_of(unit: str, n: float, force: float, length: float, time: float) -> float:
-    """What one `unit` becomes when newtons, metres and seconds are counted in others."""
+    """Factor of one `unit` under a change of the units of force, length and time."""
     base = {"N": force, "m": length, "s": time, "Hz": 1.0 / time, "kg": force * time**2 / length}
     powers = {"": 1.0, "²": 2.0, "³": 3.0, "^n": n}
     size = 1.0

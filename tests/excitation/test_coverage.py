@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from excitation.coverage import coverage, cumulative_distribution
 from excitation.errors import DesignError
-from excitation.turns import uniform
+from excitation.portable_math import uniform
 
 quick = settings(max_examples=40, deadline=None)
 

@@ -1,4 +1,4 @@
-"""Crest factors, and that only phases bring them about."""
+"""Low crest factors are reached by phases alone."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from excitation.crest import crest_factor_of, low_crest, schroeder
 from excitation.multisine import random_phase
 from excitation.multisine_spec import DisplacementSpec, MultisineSpec
-from excitation.turns import uniform
+from excitation.portable_math import uniform
 
 
 @pytest.mark.parametrize("count", [15, 31, 100])

@@ -1,4 +1,4 @@
-"""The same configuration gives the same bytes, whatever the processor can do."""
+"""The same configuration gives the same bytes on every processor."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 CODE = """
 import hashlib
-from excitation.kinds import excitation_from_config
+from excitation.synthesis import excitation_from_config
 base = dict(sample_rate=500.0, period_samples=2048, seed=3,
             displacement=dict(f_min=0.5, f_max=20.0, spectrum="quarter-car", max_displacement=0.06,
             max_velocity=1.5), current=dict(f_min=0.5, f_max=50.0, min=0.3, max=1.6))

@@ -1,4 +1,4 @@
-"""What is written reads back; what is damaged is refused in one line and nothing half-written stays."""
+"""What is written reads back; what is damaged is refused in one line and no partly written file remains."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from excitation.design import remake
 from excitation.errors import DesignError, ExcitationError, ExcitationFileError
 from excitation.files import READABLE, WRITABLE, read_excitation, write_excitation
-from excitation.kinds import excitation_from_config
+from excitation.kinds import Kind
+from excitation.portable_math import uniform
 from excitation.rpc3 import Channel, TimeHistory, read_rpc3, write_rpc3
-from excitation.signal import Excitation, Kind
-from excitation.turns import uniform
+from excitation.signal import Excitation
+from excitation.synthesis import excitation_from_config
 
 MULTISINE: dict[str, Any] = {
     "kind": "multisine",

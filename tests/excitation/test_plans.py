@@ -1,4 +1,4 @@
-"""Plans: from configurations, through files, against the rig."""
+"""Plans: from configurations, to and from files, checked against the rig."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 import excitation
 from excitation import DesignError, EnvelopeError, Excitation, ExcitationError, Kind, Test, TestPlan
+from excitation.configuration import to_spec
 from excitation.design import design, design_file, remake, remake_file
-from excitation.door import to_spec
 from excitation.envelope import Envelope, check, check_plan, excesses, read_envelope, scale_to_fit, temperatures
 from excitation.files import read_plan, write_plan
 from excitation.harmonic_plan import harmonic_plan
@@ -84,7 +84,7 @@ REFUSED: list[tuple[str, dict[str, Any], dict[str, Any], str]] = [
     ("current range", MULTISINE, {"current.max": 0.1}, "above min (0.3 A)"),
     ("grid", MULTISINE, {"homogenise.grid": [10]}, "grid"),
     ("method", MULTISINE, {"homogenise.method": "magic"}, "'direct' or 'duym'"),
-    ("variables", MULTISINE, {"homogenise.variables": ["velocity", "velocity"]}, "each may stand there once"),
+    ("variables", MULTISINE, {"homogenise.variables": ["velocity", "velocity"]}, "each may be given once"),
     (
         "no current to cover",
         MULTISINE,
@@ -552,7 +552,7 @@ def test_an_envelope_bounds_multisines_too() -> None:
     assert predict(fitted, to_spec(Envelope, slow)).velocity_m_s <= 0.3
 
 
-def test_what_the_room_exports_is_there() -> None:
+def test_every_exported_name_exists() -> None:
     for name in excitation.__all__:
         assert hasattr(excitation, name)
     assert excitation.__all__ == sorted(excitation.__all__)

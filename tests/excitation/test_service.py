@@ -1,4 +1,4 @@
-"""A service record: its spectrum is followed, its range is contained or the design refused."""
+"""A service record: the design has its spectrum and contains its range, or is refused."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from excitation.design import design, design_file, remake
 from excitation.errors import DesignError
 from excitation.files import read_excitation, write_excitation
+from excitation.portable_math import uniform
 from excitation.service import contained_share
 from excitation.signal import Excitation
-from excitation.turns import uniform
 
 CONFIG: dict[str, Any] = {
     "sample_rate": 500.0,

@@ -8,12 +8,12 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec, sine, steps, triangle
-from excitation.kinds import excitation_from_config
 from excitation.lines import band_lines, excited_lines
 from excitation.multisine import as_excitation, random_phase
 from excitation.multisine_spec import CurrentSpec, DisplacementSpec, MultisineSpec
 from excitation.periodic import derivative
-from excitation.turns import cosine_and_sine, uniform
+from excitation.portable_math import cosine_and_sine, uniform
+from excitation.synthesis import excitation_from_config
 
 quick = settings(max_examples=30, deadline=None)
 

@@ -45,7 +45,7 @@ def base_force(v: Floats, i: Floats) -> Floats:
 
 
 def effect_force(effect: str, x: Floats, v: Floats, a: Floats, force: Floats) -> Floats:
-    """The force with one hidden effect in a form of its own, (N,)."""
+    """The force with one hidden effect, in a form other than the catalogue's, (N,)."""
     if effect == "coulomb_friction":
         return force + 45.0 * v / (np.abs(v) + 2e-4)
     if effect == "linear_stiffness":
@@ -60,14 +60,14 @@ def effect_force(effect: str, x: Floats, v: Floats, a: Floats, force: Floats) ->
         return force + 6e4 * np.sign(x) * np.maximum(np.abs(x) - 0.02, 0.0) ** 1.02
     if effect == "two_frictions":
         return force + (25.0 + 20.0 / (1 + (v / 0.03) ** 2)) * v / (np.abs(v) + 2e-4) + 20.0 * np.tanh(v / 0.01)
-    if effect == "cogging":  # in no catalogue
+    if effect == "cogging":  # not in the catalogue
         return force + 40.0 * np.sin(2 * np.pi * x / 0.004)
     assert effect == "none"
     return force
 
 
 def run(effect: str, index: int, seed: int, *, noise: float = 3.0, scale: float = 1.0) -> Run:
-    """One measured run: multisines, sines and a triangle by turns; forces `scale` times those of the specimen."""
+    """One measured run: multisines, sines and a triangle; forces `scale` times those of the specimen."""
     rng = np.random.default_rng([seed, index])
     kind = ("multisine", "multisine", "sine", "sine", "triangle", "multisine")[index % 6]
     period, count = {"multisine": (4096, 4), "sine": (500, 16), "triangle": (4000, 3)}[kind]

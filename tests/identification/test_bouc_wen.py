@@ -11,12 +11,13 @@ from scipy.integrate import solve_ivp
 
 from identification.errors import ModelError, SimulationError
 from identification.physical.accuracy import numerical_error, simulate_within
-from identification.physical.memory import PARTIALS, _bouc_wen, fading
+from identification.physical.elements.equations.friction import BoucWen
+from identification.physical.elements.equations.memory import PARTIALS, bouc_wen_leg, fading
 from identification.physical.model import Element, Model, element
 from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
-from tests.identification.test_gradients import extrapolated, freed
-from tests.identification.test_solver import DT, N, T, motion
+from tests.identification.gradients import extrapolated, freed
+from tests.identification.motions import DT, N, T, motion
 
 Floats = NDArray[np.float64]
 
@@ -37,10 +38,10 @@ def test_what_grows_as_it_is_loaded_comes_to_its_top_however_far_it_travels(n: f
     """A solver that is lost may ask for any travel, and must have its answer at once."""
     partials = np.ones(PARTIALS)
     height = (1.0 / 400.0) ** (1.0 / n)  # far below a travel of 0.05 m
-    p = np.array([1e5, 1.0, n, -1.0, 1.0 - 1.0 / height**n, 0.0])
-    assert p[3] + p[4] < 0.0
-    far = fading(p, 0, n)
-    ends = [_bouc_wen(p, 0, n, 0.0, way, 1.0, True, partials) for way in (31.9 * far, travel + 33.0 * far)]
+    q = BoucWen(alpha=1e5, A=1.0, n=n, beta=-1.0, gamma=1.0 - 1.0 / height**n, alpha_control=0.0)
+    assert q.beta + q.gamma < 0.0
+    far = fading(q, n)
+    ends = [bouc_wen_leg(q, n, 0.0, way, 1.0, True, partials) for way in (31.9 * far, travel + 33.0 * far)]
     assert ends[0] == ends[1] == pytest.approx(1e3 * height)
     assert not np.any(partials[:6])
 

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from identification.physical.elements import CATALOGUE
-from identification.physical.model import Element, Model, element
-from identification.physical.motion import Motion
+from identification.physical.model import Model, element
 from identification.physical.simulate import simulate
-from tests.identification.test_solver import motion
+from tests.identification.gradients import extrapolated, freed
+from tests.identification.motions import motion
 
 Floats = NDArray[np.float64]
 
@@ -62,25 +60,6 @@ BENT = {"relief_valve": 1e-5, "piecewise_linear_damping": 1e-5, "end_stop": 1e-5
         "control_delay": 2e-2, "control_hysteresis": 1e-3, "force_delay": 2e-2}  # fmt: skip
 BASE = (element("valve_damping", TYPICAL["valve_damping"]), element("coulomb_friction", {"f_c": 40, "w_r": 0.01}))
 ALONE = ("relaxing_compliance", "series_dashpot", "series_compliance", "free_play")
-
-
-def freed(e: Element) -> Element:
-    return Element(e.name, tuple(replace(p, fixed=False) for p in e.parameters))
-
-
-def extrapolated(model: Model, k: int, inputs: Motion | None = None) -> Floats:
-    """∂force/∂θ_k, (N,): central differences of step h and h/2, their error of order h² taken out."""
-    values, inputs = model.values(), inputs or motion()
-    differences = []
-    for step in (2e-4, 1e-4):
-        h = step * max(abs(values[k]), 1e-3)
-        forces = []
-        for side in (h, -h):
-            moved = values.copy()
-            moved[k] += side
-            forces.append(simulate(model.with_values(moved), inputs).force)
-        differences.append((forces[0] - forces[1]) / (2 * h))
-    return np.asarray((4 * differences[1] - differences[0]) / 3)
 
 
 def test_every_element_has_a_typical_value() -> None:

@@ -22,8 +22,9 @@ from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 from identification.record import record_from_run
 from identification.scales import scales_of
+from tests.identification.gradients import gradient_error
+from tests.identification.motions import motion
 from tests.identification.specimens import campaign
-from tests.identification.test_solver import gradient_error, motion
 
 Floats = NDArray[np.float64]
 DT, N, TURN = 1e-3, 1500, 2 * np.pi * 1.5

@@ -16,23 +16,8 @@ from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, element
 from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
-
-DT, N = 1e-3, 2000
-T = np.arange(N) * DT
-
-
-def motion(frequency: float = 2.0, amplitude: float = 0.02) -> Motion:
-    turn = 2 * np.pi * frequency
-    return Motion(
-        dt=DT,
-        x=amplitude * np.sin(turn * T) + 0.2 * amplitude * np.sin(3.1 * turn * T),
-        v=amplitude * turn * np.cos(turn * T) + 0.62 * amplitude * turn * np.cos(3.1 * turn * T),
-        a=-amplitude * turn**2 * np.sin(turn * T) - 0.2 * amplitude * (3.1 * turn) ** 2 * np.sin(3.1 * turn * T),
-        i=0.9 + 0.5 * np.sin(2 * np.pi * 1.3 * T),
-        temperature=25.0 + 5.0 * T,
-        t=T,
-    )
-
+from tests.identification.gradients import gradient_error
+from tests.identification.motions import DT, N, T, motion
 
 BASE = (
     element("valve_damping", {"c_soft": 800, "c_firm": 4000, "u_soft": 0.2, "u_firm": 1.7, "w_knee": 0.4}),
@@ -59,26 +44,6 @@ EXTRA = (
     element("moving_mass", {"m": 2}),
     element("force_drift", {"rate": 3}),
 )
-
-
-def gradient_error(model: Model, inputs: Motion) -> float:
-    """Largest median deviation of the gradient from central differences, relative to each column's size."""
-    gradient = simulate(model, inputs, gradient=True).gradient
-    assert gradient is not None
-    values, worst = model.values(), 0.0
-    for k in np.flatnonzero(model.free()):
-        step = 1e-5 * max(abs(values[k]), 1e-2)
-        up, down = values.copy(), values.copy()
-        up[k] += step
-        down[k] -= step
-        if down[k] < model.bounds()[0][k]:
-            continue
-        forces = [simulate(model.with_values(v), inputs).force for v in (up, down)]
-        column = (forces[0] - forces[1]) / (2 * step)
-        size = float(np.sqrt(np.mean(column**2)))
-        if size > 0.0:
-            worst = max(worst, float(np.median(np.abs(column - gradient[:, k]))) / size)
-    return worst
 
 
 @pytest.mark.parametrize("mounted", [False, True], ids=["rigid", "mounted"])

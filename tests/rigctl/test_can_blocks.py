@@ -1,4 +1,4 @@
-"""Whatever the rig accepts of the frames, the host counts its blocks and set-points as the rig does."""
+"""The host counts accepted blocks and set-points as the rig does, whichever frames the rig accepts."""
 
 from __future__ import annotations
 

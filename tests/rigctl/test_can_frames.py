@@ -1,4 +1,4 @@
-"""The hand-packed frames say what the published DBC files say, and damage is never taken for data."""
+"""The packed frames agree with the DBC files, and a damaged frame is never decoded."""
 
 from __future__ import annotations
 

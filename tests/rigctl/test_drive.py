@@ -1,4 +1,4 @@
-"""The inverse of a response takes the error away where the response can be trusted, and leaves the rest alone."""
+"""The inverse response corrects the error where the response is coherent, and nothing elsewhere."""
 
 from __future__ import annotations
 
@@ -35,7 +35,9 @@ def rig(drive: np.ndarray, delay_s: float, corner_hz: float) -> np.ndarray:
 
 
 @given(st.integers(0, 99), st.floats(0, 0.006), st.floats(15, 200))
-def test_one_full_step_takes_nearly_all_the_error_of_a_linear_rig(seed: int, delay_s: float, corner_hz: float) -> None:
+def test_one_full_step_corrects_nearly_all_the_error_of_a_linear_rig(
+    seed: int, delay_s: float, corner_hz: float
+) -> None:
     target, settings = a_multisine(seed), IterationSettings(gain=1.0, regularisation=1e-3)
     plain = rig(target, delay_s, corner_hz)
     found = frequency_response(target, plain, RATE, periodic=True)
@@ -60,7 +62,7 @@ def test_where_the_rig_does_not_answer_the_inverse_stays_bounded() -> None:
     assert np.max(np.abs(inverse(found, settings, 100.0))) <= 0.5 / settings.regularisation + 1e-9
 
 
-def test_motion_that_the_drive_does_not_explain_is_not_chased() -> None:
+def test_motion_that_the_drive_does_not_explain_is_not_corrected() -> None:
     target = a_multisine(1)
     foreign = 3e-2 * np.random.default_rng(2).standard_normal(N)
     found = frequency_response(target, foreign, RATE, periodic=True)

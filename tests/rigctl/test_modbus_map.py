@@ -35,7 +35,7 @@ def test_no_two_blocks_overlap_and_every_window_fits_one_transaction() -> None:
 
 
 @given(st.data())
-def test_every_register_gives_back_what_it_was_given(data: st.DataObject) -> None:
+def test_every_register_decodes_what_it_encoded(data: st.DataObject) -> None:
     for block in BLOCKS:
         values: dict[str, table.Value] = {}
         for register in block.registers:
@@ -107,7 +107,7 @@ def test_captured_samples_cross_the_wire_within_half_a_count(count: int, first: 
 
 
 @given(st.integers(0, 10_000), st.integers(1, 0xFFFF))
-def test_one_changed_word_of_a_window_is_never_taken(where: int, change: int) -> None:
+def test_one_changed_word_of_a_window_is_always_detected(where: int, change: int) -> None:
     values = np.ones((table.CAPTURE_SAMPLES, 5))
     words = table.encode_read(HEAD, CaptureBlock(run_id=7, first_index=3, values=values), False)
     words[where % len(words)] ^= change

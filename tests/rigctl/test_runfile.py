@@ -45,7 +45,7 @@ def names(directory: Path) -> list[str]:
 
 
 def a_plain_file(path: Path, *, text: type = str, samples: int = 5) -> None:
-    """What another program writes that has only read the contract."""
+    """A file as another program writes it from the contract alone."""
     with h5py.File(path, "w") as file:
         for name, value in {
             "format": "damper-rig/run",
@@ -146,8 +146,8 @@ def _channel(name: str, values: object, unit: str | None):  # type: ignore[no-un
         (_channel("force", np.ones(5), "kN"), ["force", "kN", "unknown"]),
         (_channel("displacement", np.ones(5), "N"), ["displacement", "'N'", "must be m"]),
         (_channel("extra", np.ones(5), "furlong"), ["extra", "furlong"]),
-        (_channel("force", np.ones((5, 2)), "N"), ["force", "row"]),
-        (_channel("force", [b"a"] * 5, "N"), ["force", "row of numbers"]),
+        (_channel("force", np.ones((5, 2)), "N"), ["force", "1-D array"]),
+        (_channel("force", [b"a"] * 5, "N"), ["force", "1-D array of numbers"]),
         (_channel("force/inner", np.ones(5), "N"), ["force"]),
         (lambda file: file.create_group("excitation").attrs.__setitem__("design", "{"), ["design", "JSON"]),
     ],
@@ -321,7 +321,7 @@ def test_an_orphan_that_cannot_be_read_is_reported_and_kept(tmp_path: Path) -> N
 
 
 def test_a_long_capture_takes_no_more_memory_than_a_short_one(tmp_path: Path) -> None:
-    """In a process of its own, whose memory nobody else uses: after a warm-up it must not grow with the samples."""
+    """Measured in its own process: after a warm-up the memory must not grow with the samples."""
     if not Path("/proc/self/statm").exists():
         pytest.skip("this system does not tell how much memory a process has")
     code = """

@@ -27,7 +27,7 @@ def a_plan(samples: int, *, block: int = 7, fifo: int = 64) -> StreamPlan:
 
 
 class Rig:
-    """The far side: the simulated rig's own FIFO and capture store, played by hand."""
+    """The rig's side: the FIFO and capture store of the simulated rig, played sample by sample."""
 
     def __init__(self, fifo: int = 64) -> None:
         self.fifo, self.store = SetpointFifo(run_id=9, capacity=fifo), CaptureStore(run_id=9)
@@ -136,7 +136,7 @@ def test_a_rig_that_played_more_than_it_was_given_is_refused() -> None:
         stream.take(reply(0, consumed=8))
 
 
-def test_a_skipped_captured_sample_is_never_passed_over_in_silence() -> None:
+def test_a_skipped_captured_sample_is_always_an_error() -> None:
     stream = Stream(a_plan(30))
     capture = CaptureBlock(run_id=9, first_index=2, values=np.zeros((3, 5)))
     with pytest.raises(TransportError, match=r"samples 0 … 1 are lost"):

@@ -1,4 +1,4 @@
-"""A rig in this process on a clock that the test moves, and a rig in a process of its own."""
+"""A rig in this process on a clock of the test, and a rig in its own process."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from excitation.kinds import Kind
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 from sim_rig.faults import Faults, fault_order
 from sim_rig.faulty_plant import FaultyPlant
 from sim_rig.fifo import FIFO_SAMPLES
@@ -52,7 +53,7 @@ class LoggedPlant(SimulatedPlant):
 
     @property
     def travelled_m(self) -> NDArray[np.float64]:
-        """Where the piston truly was, whatever a failing sensor says."""
+        """The true position of the piston, also where a sensor fails."""
         return np.concatenate(self.measured)
 
     def snapshot(self) -> object:
@@ -84,7 +85,7 @@ class Bench:
         self.rig = SimulatedRig(plant, speed=speed, now=self.clock.now, faults=ordered, fifo_samples=fifo_samples)
 
     def wait(self, seconds: float) -> None:
-        """Let time go by with nobody at the wire."""
+        """Advance time without a host."""
         for _ in range(round(seconds / 0.005)):
             self.clock.sleep(0.005)
             self.rig.tick()

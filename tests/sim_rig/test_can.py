@@ -1,4 +1,4 @@
-"""CAN's own troubles: frames that are lost, doubled or damaged, a bus that is not there, a name that is wrong."""
+"""Errors of CAN: frames that are lost, doubled or damaged, a missing bus, a wrong name."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ import can
 import numpy as np
 import pytest
 
+from excitation.kinds import Kind
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 from rigctl import can_frames as frames
 from rigctl import sdo
 from rigctl.address import CanAddress, can_address, connect, open_bus
@@ -201,7 +202,7 @@ def test_an_interface_without_its_hardware_is_refused_in_one_line() -> None:
 
 
 class Foreigner(can.BusABC):
-    """A device of another make: it lives on the bus, and answers every request with what it was made for."""
+    """A device of another make on the bus, which answers every request with its own data."""
 
     def __init__(self, answer: Callable[[bytes], bytes], clock: Any) -> None:
         self._answer, self._clock, self._inbox = answer, clock, list[tuple[int, bytes]]()
@@ -233,7 +234,7 @@ def of_another_make(request: bytes) -> bytes:
 
 
 @pytest.mark.parametrize("answer", [aborting, of_another_make])
-def test_a_foreign_device_on_the_bus_is_told_in_one_line_and_commanded_nothing(
+def test_a_foreign_device_on_the_bus_is_refused_in_one_line_and_gets_no_command(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, answer: Callable[[bytes], bytes]
 ) -> None:
     b = bench()
@@ -280,7 +281,7 @@ def device_of(bench: Any) -> tuple[CanDevice, Callable[[], list[tuple[int, bytes
     return device, go_on
 
 
-def test_the_rig_boots_beats_starts_and_stops_as_the_bus_master_says(bench: Callable[..., Any]) -> None:
+def test_the_rig_boots_sends_heartbeats_starts_and_stops_as_the_bus_master_says(bench: Callable[..., Any]) -> None:
     b = bench(speed=1.0)
     device, go_on = device_of(b)
     beats = [data[0] for number, data in go_on() if number == frames.RIG_HEARTBEAT]
@@ -294,21 +295,21 @@ def test_the_rig_boots_beats_starts_and_stops_as_the_bus_master_says(bench: Call
     assert b.rig.controller.state is RigState.DISABLED
 
 
-def test_a_fault_and_its_end_are_told_in_an_emergency_frame(bench: Callable[..., Any]) -> None:
+def test_a_fault_and_its_end_are_sent_in_an_emergency_frame(bench: Callable[..., Any]) -> None:
     b = bench(speed=1.0)
     device, go_on = device_of(b)
     assert device is not None
     assert not [data for number, data in go_on() if number == frames.EMERGENCY]
-    b.rig.controller.stand(Fault.EMERGENCY_STOP, True)
+    b.rig.controller.set_cause(Fault.EMERGENCY_STOP, True)
     [told] = [data for number, data in go_on() if number == frames.EMERGENCY]
     assert told[:2] == (0x9000).to_bytes(2, "little")
-    b.rig.controller.stand(Fault.EMERGENCY_STOP, False)
+    b.rig.controller.set_cause(Fault.EMERGENCY_STOP, False)
     b.rig.command(Control.DISABLE | Control.RESET, 1, 8)
     [over] = [data for number, data in go_on() if number == frames.EMERGENCY]
     assert over[:4] == bytes(4)
 
 
-def test_the_error_history_remembers_faults_beyond_their_reset(bench: Callable[..., Any]) -> None:
+def test_the_error_history_keeps_faults_after_their_reset(bench: Callable[..., Any]) -> None:
     b = bench(speed=1.0)
     wire = wire_to("can", b.rig, b.clock)
     assert isinstance(wire, CanTransport)

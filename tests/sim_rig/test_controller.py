@@ -1,4 +1,4 @@
-"""Whatever happens to the stream or the specimen, the rig stops without a step and says why."""
+"""After any fault of stream or specimen the rig stops without a step and reports the fault."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def assert_safe(bench: Any, *faults: Fault) -> None:
     assert commands.max() <= LIMITS.position_max_m
 
 
-def test_a_stream_that_ends_is_no_underflow(bench: Callable[..., Any]) -> None:
+def test_a_stream_that_ends_is_not_an_underflow(bench: Callable[..., Any]) -> None:
     b = bench(speed=1.0)
     x = a_motion() * np.minimum(np.arange(1000)[::-1] / 200, 1)
     start(b, x)
@@ -179,16 +179,16 @@ def test_a_detector_stops_the_rig_and_keeps_every_sample_up_to_its_trip(
 
 
 @pytest.mark.parametrize("fault", [Fault.EMERGENCY_STOP, Fault.PRESSURE])
-def test_a_hydraulic_interlock_takes_the_pressure_at_once_and_stays_until_its_cause_is_gone(
+def test_a_hydraulic_interlock_switches_the_pressure_off_at_once_and_stays_until_its_cause_is_gone(
     bench: Callable[..., Any], fault: Fault
 ) -> None:
     b = bench(speed=1.0)
     start(b, a_motion(4000))
     go_on(b, 0.3)
-    b.rig.controller.stand(fault, True)
+    b.rig.controller.set_cause(fault, True)
     assert b.rig.controller.state is RigState.FAULT_DISABLED
     for present, state in ((True, RigState.FAULT_DISABLED), (False, RigState.DISABLED)):
-        b.rig.controller.stand(fault, present)
+        b.rig.controller.set_cause(fault, present)
         b.rig.command(Control.DISABLE | Control.RESET, RUN, 7)
         b.rig.command(Control.DISABLE, RUN, 8)
         assert b.rig.controller.state is state
@@ -236,5 +236,5 @@ def test_limits_may_only_be_tighter_than_the_machines_and_only_while_disabled(be
     with pytest.raises(RequestRefused, match="FIFO"):
         b.rig.configure(Configuration(high_water_samples=20_000))
     b.rig.command(Control.HOLD, RUN, 1)
-    with pytest.raises(RequestRefused, match="closed in HOLD"):
+    with pytest.raises(RequestRefused, match="cannot be changed in HOLD"):
         b.rig.configure(Configuration())

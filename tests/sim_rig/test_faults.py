@@ -20,19 +20,15 @@ from rigctl.runfile import read_run
 from sim_rig.errors import FaultError
 from sim_rig.fault_table import FAULT_TABLE, FaultRow, as_markdown, detectors_as_markdown
 from sim_rig.faults import FaultKind, fault_order
-from tests.sim_rig.virtual import WIRES, wire_to
+from tests.sim_rig.virtual import WIRES, Killable, Killed, wire_to
 
 LIMITS = Limits(following_error_m=4e-3)
 SETTINGS = PlayerSettings(ramp_s=0.3, limits=LIMITS)
 AT_S = 0.5
 
 
-class Killed(BaseException):
-    """The process of the host is gone: nothing of it runs any more."""
-
-
 class Watched:
-    """Notes, whenever time goes by, whether the rig moves."""
+    """Records, at every step of the clock, whether the rig moves."""
 
     def __init__(self, bench: Any) -> None:
         self.bench, self.moved_at, self.began_at, self._sleep = bench, 0.0, None, bench.clock.sleep
@@ -52,14 +48,15 @@ class Watched:
         return self.moved_at - (self.began_at or 0.0) - AT_S
 
 
-def falls_silent(bench: Any, *, for_good: bool) -> Callable[[Progress], None]:
-    """Make a host that sleeps, or dies, half a second into the motion."""
+def falls_silent(bench: Any, host: Killable, *, for_good: bool) -> Callable[[Progress], None]:
+    """A host that sleeps for 2 s, or is killed, half a second after the start of the motion."""
     slept: list[float] = []
 
     def tell(progress: Progress) -> None:
         if progress.samples > (AT_S - SETTINGS.ramp_s) * 1000 and not slept:
             slept.append(bench.clock.now())
             if for_good:
+                host.killed = True
                 raise Killed
             bench.wait(2.0)
 
@@ -72,20 +69,18 @@ def test_the_rig_ends_as_the_table_says(
     bench: Callable[..., Any],
     a_sine: Callable[..., Test],
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
     row: FaultRow,
     wire: str,
 ) -> None:
     b = bench(speed=1.0, faults=[order_for(row, wire)] if row.order else [])
     watched, test = Watched(b), a_sine(3000 if row.within_s > 1 else 1500, frequency_hz=2.0)
+    host = Killable(wire_to(wire, b.rig, b.clock))
     tell: Callable[[Progress], None] = lambda progress: None  # noqa: E731
     if not row.order:
-        tell = falls_silent(b, for_good="killed" in row.name)
-    if "killed" in row.name:
-        monkeypatch.setattr("rigctl.player._Player._end", _nothing_more)
+        tell = falls_silent(b, host, for_good="killed" in row.name)
     error: BaseException | None = None
     try:
-        play(wire_to(wire, b.rig, b.clock), test, tmp_path, clock=b.clock, settings=SETTINGS, on_progress=tell)
+        play(host, test, tmp_path, clock=b.clock, settings=SETTINGS, on_progress=tell)
     except (RigError, Killed) as caught:
         error = caught
     b.wait(1.5)
@@ -104,16 +99,12 @@ def test_the_rig_ends_as_the_table_says(
 
 
 def order_for(row: FaultRow, wire: str) -> str:
-    """Give classic CAN a tenth of the bad frames: its blocks are 257 frames, of which all must arrive."""
+    """The row's order; on classic CAN a tenth of the bad frames, since all 257 frames of a block must arrive."""
     return row.order.replace(":0.0", ":0.00") if wire == "can" else row.order
 
 
-def _nothing_more(*_: object) -> Path:
-    raise Killed
-
-
 def assert_inside_the_limits(bench: Any) -> None:
-    """Commands at every sample, and what the piston truly did."""
+    """Check the commands at every sample, and the true position of the piston."""
     commands = np.concatenate(bench.plant.commands)
     assert np.max(np.abs(commands)) <= 0.0101
     assert bench.plant.fastest_m_s() <= LIMITS.velocity_m_s
@@ -132,7 +123,7 @@ def assert_true_file(folder: Path, row: FaultRow, test: Test) -> None:
         assert np.max(np.abs(error)) < 1e-3
 
 
-def test_every_fault_that_can_be_ordered_stands_in_the_table() -> None:
+def test_every_fault_that_can_be_ordered_is_in_the_table() -> None:
     assert {fault_order(row.order).kind for row in FAULT_TABLE if row.order} == set(FaultKind)
 
 
@@ -162,7 +153,7 @@ def test_the_documentation_shows_the_tables_as_they_are(page: str, table: str) -
         ("pump_trip@1:3", "takes no value"),
     ],
 )
-def test_a_fault_that_cannot_be_is_refused_in_one_line(text: str, words: str) -> None:
+def test_an_impossible_fault_is_refused_in_one_line(text: str, words: str) -> None:
     with pytest.raises(FaultError, match=words) as caught:
         fault_order(text)
     assert "\n" not in str(caught.value)

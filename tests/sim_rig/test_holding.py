@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from excitation.kinds import Kind
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 from rigctl.device import Fault, RigState
 from rigctl.errors import GateError, InterlockTripped, LimitError, RigFault, TooCold, TransportError
-from rigctl.interlocks import Interlock, Rest, Watch, interlock
+from rigctl.interlocks import HoldWatch, Interlock, InterlockWatch, interlock
 from rigctl.player import PlayerSettings, play
 from rigctl.progress import Phase, Progress
 from rigctl.runfile import Run, read_run
@@ -33,13 +34,13 @@ def play_on(bench: Any, test: Test, out: Path, **more: Any) -> Run:
 
 
 def held(asked: range) -> Callable[[], bool]:
-    """Ask for hold in some of the moments in which the player asks."""
+    """Requests a hold at some of the times when the player asks."""
     moments = count()
     return lambda: next(moments) in asked
 
 
 def a_record(samples: int = 900) -> Test:
-    """A motion of which no two samples are alike."""
+    """A motion in which all samples are different."""
     t = np.arange(samples) / 1000
     x = 0.01 * np.sin(2 * np.pi * (3 + 2 * t) * t) + 0.004 * t
     current = 0.6 + 0.5 * t / t[-1]
@@ -94,7 +95,7 @@ def test_a_run_that_was_held_measures_what_one_that_was_not_measures(
     assert np.std(difference) < 0.03 * np.std(whole.channels["force"])
 
 
-def test_a_test_that_holds_can_be_stopped_and_a_fault_in_hold_is_told(
+def test_a_test_that_holds_can_be_stopped_and_a_fault_in_hold_is_reported(
     bench: Callable[..., Any], tmp_path: Path
 ) -> None:
     b, phases = bench(speed=1.0), list[Phase]()
@@ -115,7 +116,7 @@ def test_a_test_that_holds_can_be_stopped_and_a_fault_in_hold_is_told(
     def press(progress: Progress) -> None:
         seen.append(progress.phase)
         if progress.phase is Phase.HOLD:
-            b.rig.controller.stand(Fault.EMERGENCY_STOP, True)
+            b.rig.controller.set_cause(Fault.EMERGENCY_STOP, True)
 
     with pytest.raises(RigFault, match="emergency stop") as caught:
         play_on(b, a_record(), tmp_path, should_hold=lambda: len(seen) > 4, on_progress=press)
@@ -194,21 +195,21 @@ def test_an_interlock_on_the_temperature_holds_until_the_damper_has_cooled(
     assert b.rig.controller.sample_index - heated[0] > 12_000
 
 
-def test_a_hold_is_over_when_the_value_has_been_well_inside_for_long_enough() -> None:
+def test_a_hold_ends_when_the_value_has_been_inside_by_the_margin_for_the_release_time() -> None:
     one = interlock("temperature:-20:80:hold")
     assert (one.inside_by, one.release_s) == (2.0, 1.0)
-    rest = Rest(one, (one,), 1000.0)
+    rest = HoldWatch(one, (one,), 1000.0)
     temperature = [81.0, *np.tile([79.9, 80.1], 40), 79.0, *[77.9] * 5, 78.5, *[77.5] * 12, 90.0]
     over = [rest.over(np.array([[0, 0, 0, degc, 0]]), 100 * k) for k, degc in enumerate(temperature)]
     assert over.index(True) == len(temperature) - 3, "ten looks, of 0.1 s, after the last one that was not well inside"
     assert not over[-1]
-    chatters = Rest(interlock("temperature:-20:80:hold:0:0:0"), (), 1000.0)
+    chatters = HoldWatch(interlock("temperature:-20:80:hold:0:0:0"), (), 1000.0)
     assert [chatters.over(np.array([[0, 0, 0, degc, 0]]), k) for k, degc in enumerate((80.1, 79.9))] == [False, True]
 
 
 def test_an_interlock_that_stops_ends_a_test_that_holds_as_well() -> None:
     stop = interlock("pressure:5e6:inf:stop:0.2")
-    rest = Rest(None, (stop, interlock("force:-1:1:hold")), 1000.0)
+    rest = HoldWatch(None, (stop, interlock("force:-1:1:hold")), 1000.0)
     low, high = np.array([[9, 0, 0, 0, 1e6]]), np.array([[9, 0, 0, 0, 2e7]])
     seen = [rest.stops(row, 100 * k) for k, row in enumerate([high, low, low, high, low, low, low])]
     assert seen == [None] * 6 + [stop]
@@ -233,7 +234,7 @@ def test_an_interlock_that_is_outside_again_after_a_hold_trips_again(bench: Call
 
 
 def test_an_interlock_trips_once_for_each_time_that_it_is_left_for_its_delay() -> None:
-    watch = Watch([interlock("force:-10:10:indicate:0.003")], 1000.0)
+    watch = InterlockWatch([interlock("force:-10:10:indicate:0.003")], 1000.0)
     force = np.zeros(40)
     force[5:7] = 20  # too short
     force[10:20] = 20
@@ -252,19 +253,19 @@ def test_an_interlock_trips_once_for_each_time_that_it_is_left_for_its_delay() -
         ("force:0:1:explode", "ACTION one of"),
         ("force", "CHANNEL:LOW:HIGH:ACTION"),
         ("force:0:1:stop:-1", "the delay is -1"),
-        ("force:0:1:hold:0:0.5", "the margin is 0.5, it must lie below half the room of 1"),
+        ("force:0:1:hold:0:0.5", "the margin is 0.5, it must lie below half the range of 1"),
         ("force:0:1:hold:0:0.1:-2", "the release is -2"),
         ("force:0:1:hold:0:0.1:1:1", "CHANNEL:LOW:HIGH:ACTION"),
     ],
 )
-def test_an_interlock_that_cannot_be_is_refused_in_one_line(text: str, words: str) -> None:
+def test_an_impossible_interlock_is_refused_in_one_line(text: str, words: str) -> None:
     with pytest.raises(LimitError, match=words) as caught:
         interlock(text)
     assert "\n" not in str(caught.value)
     assert isinstance(interlock("force:-inf:5:stop"), Interlock)
 
 
-def test_a_cold_damper_is_warmed_up_until_the_gate_opens_and_only_the_test_is_recorded(
+def test_a_cold_damper_is_warmed_up_until_it_is_warm_enough_and_only_the_test_is_recorded(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
 ) -> None:
     b = bench(speed=50.0)

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from excitation.files import read_excitation
-from excitation.kinds import excitation_from_config
+from excitation.kinds import Kind
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
+from excitation.synthesis import excitation_from_config
 from rigctl.drive import IterationSettings
 from rigctl.errors import IterationError, LimitError
 from rigctl.iterate import Iterated, Outcome, Step, iterate, write_drive
@@ -48,7 +49,7 @@ def homogenised() -> Excitation:
 
 
 def road(samples: int = 12_345) -> Excitation:
-    """A record that repeats nothing: power over frequency as on a rough road, ends where it happens to end."""
+    """A record without a period, with the spectrum of a rough road, that does not end at zero."""
     spectrum, f = np.zeros(8193), np.fft.rfftfreq(16_384, 1e-3)
     band = (f > 0.3) & (f < 25)
     spectrum[band] = f[band] ** -0.7
@@ -120,7 +121,7 @@ def test_the_page_of_the_convergence_needs_no_network(bench: Callable[..., Any],
 
 
 @pytest.mark.parametrize(("room_m", "outcome"), [(5e-5, Outcome.MOST), (0.0, Outcome.LIMITS)])
-def test_a_correction_that_leaves_the_limits_is_taken_with_less_gain_or_not_at_all(
+def test_a_correction_that_exceeds_the_limits_is_made_with_less_gain_or_not_at_all(
     bench: Callable[..., Any], tmp_path: Path, room_m: float, outcome: Outcome
 ) -> None:
     b, target = bench(speed=50.0), road(4000)
@@ -148,7 +149,7 @@ def test_a_target_outside_the_limits_is_refused_before_anything_moves(
     assert b.rig.controller.sample_index == 0
 
 
-def test_a_step_that_makes_it_worse_is_taken_back(bench: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_step_that_increases_the_error_is_reverted(bench: Callable[..., Any], tmp_path: Path) -> None:
     settings = IterationSettings(gain=1.5, tolerance=1e-6, most=6)
     found = iterated(bench(speed=50.0), road(4000), tmp_path, settings=settings)
     assert found.outcome is Outcome.MOST
@@ -156,9 +157,9 @@ def test_a_step_that_makes_it_worse_is_taken_back(bench: Callable[..., Any], tmp
     assert found.best.error < 0.2 * found.steps[0].error
 
 
-def test_what_stands_still_or_was_stopped_cannot_be_iterated(bench: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_constant_target_or_a_stopped_run_cannot_be_iterated(bench: Callable[..., Any], tmp_path: Path) -> None:
     still = replace(road(1000), displacement_m=np.zeros(1000))
-    with pytest.raises(IterationError, match="stands still"):
+    with pytest.raises(IterationError, match="is constant"):
         iterated(bench(), still, tmp_path)
     b, asked = bench(speed=50.0), []
 

@@ -1,4 +1,4 @@
-"""A host that is killed: its rig stops by itself, and its run file is closed later, with everything that was safe."""
+"""A host that is killed: its rig stops by itself, and its run file is closed later, with every flushed sample."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ from pathlib import Path
 from contextlib import closing
 import numpy as np
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.kinds import Kind
+from excitation.signal import Excitation
 from rigctl.player import PlayerSettings, connect, play
 time = np.arange(60_000) / 1000
 excitation = Excitation(kind=Kind.SINE, sample_rate_hz=1000.0, period_samples=500,

@@ -1,4 +1,4 @@
-"""A test that is played ends safe, with a file that tells the truth, whichever call fails."""
+"""Whichever call fails, a test ends with a safe rig and a file with a correct status."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from excitation.kinds import Kind
 from excitation.plan import Test
-from excitation.signal import Excitation, Kind
+from excitation.signal import Excitation
 from rigctl.device import SAFE_STATES, Fault, RigState
 from rigctl.errors import (
     GateError,
@@ -65,7 +66,7 @@ def test_a_complete_run_holds_the_excitation_from_its_first_sample(
     assert names(tmp_path) == ["sine.h5"]
 
 
-def test_what_is_captured_depends_on_the_seed_and_on_nobodys_speed(
+def test_what_is_captured_depends_on_the_seed_and_not_on_the_speed(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
 ) -> None:
     runs = []
@@ -193,7 +194,7 @@ def test_whichever_single_call_fails_a_run_that_holds_is_complete_and_exact(
 
 
 @pytest.mark.parametrize(("speed", "name"), [(1.0, "direct"), *((20.0, name) for name in WIRES)])
-def test_from_whichever_call_the_wire_is_dead_the_rig_ends_safe_and_the_file_is_true(
+def test_from_whichever_call_the_wire_is_cut_the_rig_ends_safe_and_the_status_of_the_file_is_right(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, speed: float, name: str
 ) -> None:
     test = a_sine(150)
@@ -317,7 +318,7 @@ def test_an_emergency_stop_that_is_still_pressed_keeps_the_rig_off(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
 ) -> None:
     b = bench(speed=1.0)
-    b.rig.controller.stand(Fault.EMERGENCY_STOP, True)
+    b.rig.controller.set_cause(Fault.EMERGENCY_STOP, True)
     with pytest.raises(RigFault, match="emergency stop"):
         play_on(b, a_sine(), tmp_path)
     assert b.rig.controller.state is RigState.FAULT_DISABLED
@@ -375,11 +376,11 @@ def test_a_dwell_and_a_temperature_gate_wait_on_the_rigs_clock(
     assert b.rig.controller.state is RigState.DISABLED
 
 
-def test_a_rig_whose_clock_stands_still_is_noticed(
+def test_a_rig_whose_clock_has_stopped_is_noticed(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
 ) -> None:
     b = bench(speed=1.0)
-    b.rig._go_on = lambda: None
+    b.rig._advance = lambda: None
     with suppress(StopFailed), pytest.raises(TransportError):
         play_on(b, a_sine(), tmp_path)
     assert b.clock.now() < 30.0

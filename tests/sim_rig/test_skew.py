@@ -1,4 +1,4 @@
-"""A channel that is late is late by what was ordered, the others are not, and nothing is lost at the seams."""
+"""A skewed channel is delayed by the ordered time, the others are not, also between two blocks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def waves(n: int = 400) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize("seconds", [0.0004, 0.001, 0.0037, 0.02])
-def test_a_late_channel_shows_what_was_true_so_long_ago_and_the_others_what_is(seconds: float) -> None:
+def test_a_skewed_channel_shows_the_delayed_values_and_the_others_the_present_ones(seconds: float) -> None:
     truth = waves()
     shown = Skew([f"force={seconds}"]).late(truth, RATE)
     t = np.arange(60, 400) / RATE
@@ -30,7 +30,7 @@ def test_a_late_channel_shows_what_was_true_so_long_ago_and_the_others_what_is(s
     assert np.array_equal(shown[:, 1:], truth[:, 1:])
 
 
-def test_it_does_not_matter_in_what_pieces_the_rig_plays() -> None:
+def test_the_delay_does_not_depend_on_the_size_of_the_blocks() -> None:
     truth, whole, pieces = waves(), Skew(["displacement=0.0023"]), Skew(["displacement=0.0023"])
     cut = [pieces.late(part, RATE) for part in np.split(truth, [1, 7, 8, 100, 100, 333])]
     assert np.array_equal(np.concatenate(cut), whole.late(truth, RATE))
@@ -49,6 +49,6 @@ def test_the_force_of_a_rig_with_skew_is_that_of_one_without_moved_in_time() -> 
 
 
 @pytest.mark.parametrize("text", ["speed=0.001", "force", "force=late", "force=-0.001", "force=1", "force=nan"])
-def test_a_skew_that_no_channel_can_have_is_refused_by_name(text: str) -> None:
+def test_an_impossible_skew_is_refused_in_words(text: str) -> None:
     with pytest.raises(SkewError, match=f"skew '{text}': write CHANNEL=SECONDS"):
         skew_order(text)

@@ -1,4 +1,4 @@
-"""What is hidden is hidden by its name or its seed, matters, and shares no equation with what will look for it."""
+"""Effects are hidden by name or seed, change the force, and share no equation with identification."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ force_drift mains_hum
 
 
 def played(name: str, hide: tuple[str, ...] = (), seed: int = 1, noise: Noise = SILENT) -> NDArray[np.float64]:
-    """What the sensors say of three seconds of motion and changing current."""
+    """Sensor readings of three seconds of motion with changing current."""
     found, truth = SPECIMENS[name], draw(name, hide, seed)
     plant = SimulatedPlant(truth.damper, noise, seed=seed, start_degc=40.0)
     time = np.arange(3000) / 1000.0
@@ -120,7 +120,7 @@ def test_a_test_warms_the_damper() -> None:
     assert values[-1, 3] != pytest.approx(plant_start, abs=0.05)
 
 
-def test_the_truth_is_told_only_where_it_is_asked_for(tmp_path: Path) -> None:
+def test_the_truth_is_written_only_on_request(tmp_path: Path) -> None:
     write_truth(draw("yaw", ["coulomb_friction"], 2), tmp_path / "truth.json")
     told = json.loads((tmp_path / "truth.json").read_text())
     assert told["hidden"][0]["effect"] == "coulomb_friction"
@@ -146,7 +146,7 @@ def test_what_does_not_exist_is_refused_in_one_line(specimen: str, hide: list[st
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan")])
-def test_a_speed_that_cannot_be_is_refused(speed: float) -> None:
+def test_an_impossible_speed_is_refused(speed: float) -> None:
     with pytest.raises(SimRigError, match="speed"):
         serve("modbus://127.0.0.1:0", speed=speed)
 
@@ -165,8 +165,8 @@ def test_no_specimen_lacks_its_base_model() -> None:
     assert {path.stem for path in Path("examples/models").glob("*.json")} == set(SPECIMENS)
 
 
-def test_the_loop_of_the_seat_damper_turns_over_the_gentler_the_faster_it_goes() -> None:
-    """Its slope goes with the peak speed of a sine to the power −0.86, as measured on a seat damper."""
+def test_the_loop_of_the_seat_damper_has_a_slope_that_falls_with_speed() -> None:
+    """Its slope varies with the peak speed of a sine to the power −0.86, as measured on a seat damper."""
     slopes = []
     for peak in (0.1, 0.4):
         truth = draw("mr-seat", (), 1)

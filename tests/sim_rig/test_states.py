@@ -1,4 +1,4 @@
-"""The state machine, tried with every state, every control word and both answers to 'at rest'."""
+"""The state machine, with every state, every control word, at rest and not at rest."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ def test_motion_needs_all_three_bits_and_an_axis_at_rest() -> None:
             assert rest
 
 
-def test_power_never_goes_from_a_moving_axis() -> None:
+def test_power_is_never_switched_off_while_the_axis_moves() -> None:
     for state, control in itertools.product(RigState, (Control(bits) for bits in range(16))):
         if state in (S.HOLD, S.ACTIVE):
             assert after_command(state, control, False) is not S.DISABLED
 
 
-def test_a_command_never_leaves_a_fault_state_for_a_sound_one() -> None:
+def test_a_command_never_leaves_a_fault_state_for_one_without_fault() -> None:
     for state, control, rest in EVERY:
         if state.faulted:
             assert after_command(state, control, rest).faulted

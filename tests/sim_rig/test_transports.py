@@ -19,10 +19,13 @@ from rigctl.clock import SystemClock
 from rigctl.device import Control, RigState
 from rigctl.errors import IdentityError, RequestDenied, RigError, TransportError, UrlError
 from rigctl.limits import Configuration, Limits
+from rigctl.modbus_map import IDENTITY
+from rigctl.modbus_wire import ModbusTransport
 from rigctl.player import PlayerSettings, play
 from rigctl.runfile import read_run
 from rigctl.transport import SetpointBlock, Transport
 from sim_rig.direct import DirectTransport
+from tests.sim_rig.virtual import NullModem
 
 S = 2.0
 
@@ -147,7 +150,7 @@ def test_a_test_over_a_wire_is_recorded_whole(
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_the_rigs_process_ends_cleanly_when_told(start_rig: Callable[..., Any], number: signal.Signals) -> None:
+def test_the_rigs_process_ends_cleanly_on_a_signal(start_rig: Callable[..., Any], number: signal.Signals) -> None:
     with start_rig("modbus://127.0.0.1:0", 1.0) as (process, _):
         process.send_signal(number)
         assert process.wait(10) == 0
@@ -173,7 +176,7 @@ def test_a_rig_that_dies_in_a_run_leaves_a_truncated_file(
     assert run.samples > 500
 
 
-def test_nobody_at_the_address_is_an_error_in_time() -> None:
+def test_an_address_without_a_rig_is_an_error_in_time() -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         url = f"modbus://127.0.0.1:{taken.getsockname()[1]}"
@@ -195,17 +198,32 @@ def test_a_rig_that_never_answers_is_a_time_out_at_the_deadline() -> None:
         transport.close()
 
 
-@pytest.mark.parametrize("magic", [0, 1])
-def test_a_foreign_device_and_another_map_are_refused_without_motion(
-    monkeypatch: pytest.MonkeyPatch, modbus_rig: str, magic: int
-) -> None:
-    from rigctl import modbus_map as table
+class OtherDevice(NullModem):
+    """A device with another word in one register of its identity."""
 
-    monkeypatch.setattr(table, "MAGIC" if magic else "MAP_VERSION", 0x77)
-    words = "foreign device" if magic else "register map 1"
-    with closing(connect(modbus_rig)) as wire, pytest.raises(IdentityError, match=words) as caught:
+    def __init__(self, bench: Any, register: str) -> None:
+        super().__init__(bench.rig, bench.clock)
+        self._at = [r.name for r in IDENTITY.registers].index(register)  # each of the first two is one word
+
+    def serve(self, request: bytes) -> bytes:
+        answer = bytearray(super().serve(request))
+        answer[9 + 2 * self._at : 11 + 2 * self._at] = b"\x00\x77"  # after the header, function and count
+        return bytes(answer)
+
+
+@pytest.mark.parametrize(
+    ("register", "words"), [("magic", "a foreign device: magic is 0x0077"), ("map_version", "register map 119")]
+)
+def test_a_foreign_device_and_another_map_are_refused_without_motion(
+    bench: Callable[..., Any], register: str, words: str
+) -> None:
+    b = bench(speed=1.0)
+    wire = ModbusTransport("virtual", 502, clock=b.clock, client=OtherDevice(b, register))
+    with pytest.raises(IdentityError, match=words) as caught:
         wire.identify(S)
     assert "\n" not in str(caught.value)
+    assert b.rig.controller.state is RigState.DISABLED
+    assert not b.plant.commands or not np.any(np.concatenate(b.plant.commands))
 
 
 @pytest.mark.parametrize(

@@ -25,8 +25,25 @@ WIRES = ("direct", "modbus", "can", "can_fd")
 STEP_S = 0.001
 
 
+class Killed(BaseException):
+    """The process of the host has been killed."""
+
+
+class Killable:
+    """The transport of a host that can be killed: once ``killed`` is set, no call reaches the rig."""
+
+    def __init__(self, inner: Transport) -> None:
+        self._inner, self.killed = inner, False
+
+    def __getattr__(self, name: str) -> Any:
+        """The attribute of the transport. Any: a method or a property."""
+        if self.killed:
+            raise Killed
+        return getattr(self._inner, name)
+
+
 class LivingClock:
-    """A clock on which the rig goes on while its host waits."""
+    """A clock that advances the rig while its host waits."""
 
     def __init__(self, rig: SimulatedRig, clock: Any) -> None:
         self._rig, self._clock = rig, clock
@@ -61,7 +78,7 @@ class NullModem(ModbusTcpClient):
         return True
 
     def close(self) -> None:
-        """Hang up: answers that are under way go nowhere, requests still arrive."""
+        """Disconnect: answers in transit are lost, requests still arrive."""
         self._connected = False
         self._seed += 1
         self._answers = self._wire(self._seed)
@@ -76,7 +93,7 @@ class NullModem(ModbusTcpClient):
             self._clock.sleep(STEP_S)
             self._rig.tick()
             for request in self._requests.take():
-                answer = self._serve(request)
+                answer = self.serve(request)
                 if answer:
                     self._answers.put(answer)
             arrived = b"".join(self._answers.take())
@@ -84,7 +101,7 @@ class NullModem(ModbusTcpClient):
                 return arrived
         return b""
 
-    def _serve(self, request: bytes) -> bytes:
+    def serve(self, request: bytes) -> bytes:
         framer = FramerSocket(self._decoder)
         _, pdu = framer.handleFrame(request, 0, 0)
         if pdu is None:
@@ -95,7 +112,7 @@ class NullModem(ModbusTcpClient):
 
 
 def ended(coroutine: Coroutine[Any, Any, Any]) -> Any:
-    """Run a coroutine that never waits."""
+    """Result of a coroutine that never waits."""
     try:
         coroutine.send(None)
     except StopIteration as done:
@@ -129,11 +146,11 @@ class VirtualBus(can.BusABC):
         return can.Message(arbitration_id=number, data=data, is_extended_id=False, is_fd=self._fd), True
 
     def shutdown(self) -> None:
-        """Stay plugged in: whoever opens the bus again finds the same rig."""
+        """Keep the bus: it may be opened again."""
 
 
 def wire_to(name: str, rig: SimulatedRig, clock: Any) -> Transport:
-    """Give a transport to a rig: one of WIRES, with the rig's faults on it."""
+    """A transport to a rig: one of WIRES, with the rig's faults on it."""
     if name == "direct":
         direct = DirectTransport(rig, clock)
         return FaultyTransport(direct, rig.faults, LivingClock(rig, clock)) if rig.faults else direct

@@ -22,6 +22,7 @@ ROWS: Final = (
         title="temperature fade",
         equation="dissipative sum × exp(−kappa·(T − T_ref))",
         parameters=(ParameterSpec("kappa", "1/K", UNBOUNDED), ParameterSpec("T_ref", "°C", UNBOUNDED, constant=25.0)),
+        by_temperature=True,
         starts=lambda s: [{"kappa": 0.1 / max(s.warmth, 1.0), "T_ref": 25.0}],
         linear_in_velocity=True,
     ),

@@ -12,7 +12,7 @@ ROWS: Final = (
         family=Family.MOUNT,
         title="series compliance (bush, oil column)",
         equation="f = k·e + c·de/dt, e = x − z",
-        parameters=(ParameterSpec("k", "N/m", TINY), ParameterSpec("c", "N·s/m", default=0.0)),
+        parameters=(ParameterSpec("k", "N/m", TINY, place="k"), ParameterSpec("c", "N·s/m", default=0.0, place="c")),
         starts=lambda s: [{"k": s.force / (part * s.x_rms), "c": 0.0} for part in (0.005, 0.03, 0.15)],
     ),
     ElementSpec(
@@ -21,9 +21,9 @@ ROWS: Final = (
         title="spring beside a Maxwell branch (standard linear solid) in series",
         equation="f = k1·e + y, dy/dt = k2·de/dt − (k2/c2)·y, e = x − z",
         parameters=(
-            ParameterSpec("k1", "N/m", TINY),
-            ParameterSpec("k2", "N/m", TINY),
-            ParameterSpec("c2", "N·s/m", TINY),
+            ParameterSpec("k1", "N/m", TINY, place="k"),
+            ParameterSpec("k2", "N/m", TINY, place="k2"),
+            ParameterSpec("c2", "N·s/m", TINY, place="c2"),
         ),
         nameable=False,
     ),
@@ -33,8 +33,8 @@ ROWS: Final = (
         title="dashpot in series",
         equation="f = (c + c_control·u)·de/dt, e = x − z",
         parameters=(
-            ParameterSpec("c", "N·s/m", TINY),
-            ParameterSpec("c_control", "N·s/(m·A)", UNBOUNDED, default=0.0, gain=True),
+            ParameterSpec("c", "N·s/m", TINY, place="c"),
+            ParameterSpec("c_control", "N·s/(m·A)", UNBOUNDED, default=0.0, gain=True, place="c_control"),
         ),
         nameable=False,
     ),
@@ -43,7 +43,7 @@ ROWS: Final = (
         family=Family.MOUNT,
         title="free play in the mount",
         equation="no force while |e| < gap/2, e = x − z",
-        parameters=(ParameterSpec("gap", "m"),),
+        parameters=(ParameterSpec("gap", "m", place="gap"),),
         starts=lambda s: [{"gap": part * s.x_rms} for part in (0.005, 0.03, 0.15)],
     ),
 )

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final, Literal
 
-from identification.physical.elements.codes import CODE_OF, Code
-
 if TYPE_CHECKING:
     from identification.scales import Scales
 
@@ -18,6 +16,8 @@ Starts = Callable[["Scales"], Sequence[Values]]
 
 Path = Literal["mount", "control", "core", "sensor"]
 PATHS: Final[tuple[Path, ...]] = ("mount", "control", "core", "sensor")
+
+Place = Literal["k", "c", "gap", "k2", "c2", "c_control"]
 
 TINY: Final = 1e-12  # "> 0" in floating point: knees, lengths and slopes that divide
 UNBOUNDED: Final = -math.inf
@@ -62,6 +62,7 @@ class ParameterSpec:
     refinement: bool = False  # finer than the canonical form: never free unless asked for, not written while neutral
     gain: bool = False  # acts through the current: zero, or out of a fit's reach, where there is none
     outside: bool = False  # a constant force that is no part of the dissipative sum
+    place: Place | None = None  # of a mount's parameter: which part of spring, damper, gap and branch it is
     of_run: bool = False  # belongs to a run: estimated for each record, never fitted
 
 
@@ -81,13 +82,9 @@ class ElementSpec:
     by_position: bool = False  # of the damping family: the force depends on z too
     linear_in_velocity: bool = False
     explicit_rate: bool = False  # a memory whose rate dh/dt an explicit method may integrate
+    by_temperature: bool = False
     needs_amplitude: bool = False  # uses v_m = sqrt(v² − a·x)
     smooth_over: str | None = None  # the parameter without which the force jumps where w changes its sign
-
-    @property
-    def code(self) -> Code:
-        """The number of the element in the compiled kernels."""
-        return CODE_OF[self.name]
 
     @property
     def path(self) -> Path:

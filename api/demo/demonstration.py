@@ -1,0 +1,213 @@
+"""The seven steps of the demonstration, each through real processes, a real wire and real files."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from api.demo.campaign import campaign
+from api.demo.client import Client
+from api.errors import InputError, ProcessError
+from api.processes.child import Child
+from identification.discrepancy import explain, report_data, write_report
+from identification.physical.modelfile import read_model
+from rigctl.runfile import Run, read_run
+from sim_rig.draw import draw
+
+__all__ = ["Asked", "Bar", "Demonstration", "Finding", "Show", "demonstrate"]
+
+DATA = Path(__file__).parent / "data"
+SPECIMEN = "semi-active"
+SPEED = 20.0
+CAMPAIGN_S = 170.0
+MARK = ".damper-rig-demo"  # the folder is ours: what an earlier demonstration left in it may go
+MADE = ("runs", "service", "rig", "real", "report.html", "sim.log", "service.log")
+REAL_HELD_OUT = ("ensaio_A_4", "ensaio_A_8")
+
+
+class Bar(Protocol):
+    """Moves the bar of a name to a share of its whole; ``text``: what is being done."""
+
+    def __call__(self, name: str, done: float, text: str = "") -> None: ...
+
+
+class Show(Protocol):
+    """Where the demonstration tells how far it is."""
+
+    def step(self, number: int, text: str) -> None: ...
+
+    def say(self, text: str) -> None: ...
+
+    def bars(self) -> AbstractContextManager[Bar]:
+        """Bars by name, each from 0 to 1."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """What the demonstration is asked for. ``effect`` empty: one is drawn by the seed."""
+
+    output: Path
+    seed: int
+    effect: str = ""
+
+    @property
+    def hidden(self) -> str:
+        return self.effect or "random"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """One explained gap: the report's data and where the report lies. Any: JSON."""
+
+    title: str
+    report: Mapping[str, Any]
+    folder: Path
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Demonstration:
+    """What came of it. ``truth``: the effects that were hidden, told only now."""
+
+    asked: Asked
+    campaign: Mapping[str, Any]
+    rig: Finding
+    real: Finding
+    truth: tuple[str, ...]
+
+    @property
+    def named_right(self) -> bool:
+        return tuple(effect["element"] for effect in self.rig.report["effects"]) == self.truth
+
+
+def demonstrate(asked: Asked, show: Show) -> Demonstration:
+    """Do all of it.
+
+    Raises InputError, SpecimenError for what cannot be asked, ProcessError where a process fails. Whatever
+    happens, also an interruption: the rig is safe and every process has ended when this returns or raises.
+    """
+    draw(SPECIMEN, (asked.hidden,), asked.seed)  # refuses an effect or a seed before anything starts
+    out = prepared(asked.output)
+    show.say(f"Demonstration with seed {asked.seed}, everything it makes goes to {asked.output}")
+    played, paths = _measure(asked, out, show)
+    show.step(5, "Fit the base model, explain the gap, check on runs that no fit has seen")
+    rig = _explain(
+        "Simulated rig",
+        DATA / "semi_active_as_simulated.json",
+        [read_run(path) for path, held_out in paths if not held_out],
+        [read_run(path) for path, held_out in paths if held_out],
+        out / "rig",
+        show,
+    )
+    show.step(6, "The same on a real magneto-rheological damper: fit a viscous damper, explain")
+    train, held = _real_runs()
+    real = _explain("Measured MR damper", DATA / "viscous.json", train, held, out / "real", show)
+    truth = tuple(item.effect for item in draw(SPECIMEN, (asked.hidden,), asked.seed).hidden)
+    return Demonstration(asked=asked, campaign=played, rig=rig, real=real, truth=truth)
+
+
+def prepared(output: Path) -> Path:
+    """The output folder, empty but for its mark; raises InputError where it holds anything of somebody else."""
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{output}: cannot be made ({error.strerror}): give another folder") from error
+    mark = output / MARK
+    if not mark.exists() and any(output.iterdir()):
+        raise InputError(f"{output}: the folder is not empty: give a new one, or an earlier demonstration's")
+    mark.touch()
+    for name in MADE:
+        path = output / name
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
+    return output.absolute()
+
+
+def _measure(asked: Asked, out: Path, show: Show) -> tuple[dict[str, Any], list[tuple[Path, bool]]]:
+    """Steps 1 to 4: the campaign as it ended, and its run files with whether they are held out."""
+    with _processes(asked, out, show) as (rig_url, service_url):
+        client = Client(service_url)
+        try:
+            show.step(3, "Schedule a campaign over HTTP")
+            body = campaign(rig_url)
+            accepted = client.schedule(body)
+            show.say(_plan_text(accepted))
+            show.step(4, "Stream the tests to the rig, capture one run file each")
+            played = _follow(client, accepted, show)
+            return played, _fetch(client, played, out / "runs")
+        finally:
+            client.close()
+
+
+@contextmanager
+def _processes(asked: Asked, out: Path, show: Show) -> Iterator[tuple[str, str]]:
+    """The rig and the service, both running; on the way out the service ends first: it makes the rig safe."""
+    show.step(1, "Start a simulated servo-hydraulic rig as a process of its own")
+    rig_arguments = ["sim", "--listen", "modbus://127.0.0.1:0", "--specimen", SPECIMEN]
+    rig_arguments += ["--hide", asked.hidden, "--seed", str(asked.seed), "--speed", f"{SPEED:g}"]
+    service_arguments = ["serve", "--data", str(out / "service"), "--host", "127.0.0.1", "--port", "0"]
+    service_arguments += ["--database", f"sqlite:///{out / 'service' / 'damper-rig.db'}"]
+    hidden = asked.effect or f"one effect, drawn by seed {asked.seed}"
+    with Child(rig_arguments, out / "sim.log") as rig, Child(service_arguments, out / "service.log") as service:
+        show.say(f"{SPECIMEN} damper at {rig.wait_until_ready(120.0)}, hidden in it: {hidden}")
+        show.step(2, "Start the service")
+        show.say(f"live page: {service.wait_until_ready()}")
+        yield rig.url, service.url
+
+
+def _plan_text(accepted: Mapping[str, Any]) -> str:
+    tests = accepted["tests"]
+    seconds = sum(test["duration_s"] for test in tests)
+    held_out = sum(test["held_out"] for test in tests)
+    return f"{len(tests)} tests, {seconds:.0f} s of rig time, {held_out} of them held out"
+
+
+def _follow(client: Client, accepted: Mapping[str, Any], show: Show) -> dict[str, Any]:
+    with show.bars() as bar:
+
+        def tell_bars(now: dict[str, Any]) -> None:
+            for test in now["tests"]:
+                if test["state"] in ("running", "done"):
+                    done = 1.0 if test["state"] == "done" else test["samples"] / test["total_samples"]
+                    bar(test["name"], done)
+
+        played = client.follow(accepted["id"], within_s=CAMPAIGN_S, tell=tell_bars)
+    if played["state"] != "done":
+        raise ProcessError(f"the campaign is {played['state']}: {played['reason']}")
+    return played
+
+
+def _fetch(client: Client, played: Mapping[str, Any], folder: Path) -> list[tuple[Path, bool]]:
+    folder.mkdir()
+    paths = []
+    for run in client.runs(played["id"]):
+        path = folder / f"{run['test'].replace(',', '').replace(' ', '_')}.h5"
+        client.fetch(run["file"], path)
+        paths.append((path, bool(run["held_out"])))
+    return paths
+
+
+def _explain(
+    title: str, model: Path, train: Sequence[Run], held_out: Sequence[Run], folder: Path, show: Show
+) -> Finding:
+    begun = time.monotonic()
+    with show.bars() as bar:
+        found = explain(read_model(model), train, held_out, on_progress=lambda text, done: bar(title, done, text))
+        write_report(found, folder)
+    return Finding(title=title, report=report_data(found), folder=folder, seconds=time.monotonic() - begun)
+
+
+def _real_runs() -> tuple[list[Run], list[Run]]:
+    paths = sorted((DATA / "mr_utfpr").glob("*.h5"))
+    return (
+        [read_run(path) for path in paths if path.stem not in REAL_HELD_OUT],
+        [read_run(path) for path in paths if path.stem in REAL_HELD_OUT],
+    )

@@ -1,0 +1,66 @@
+"""The process of a job: ``python -m api.jobs``, its task a line of JSON on standard input.
+
+It answers with lines of JSON: ``{"done": 0.4, "text": "…"}`` on the way, then ``{"result": {…}}``, ``{"refused": "…"}``
+where its input can't be used, or ``{"failed": "…"}``. It ends when standard input closes: when the service has died.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+__all__ = ["main"]
+
+_NICE = 10  # lower priority than rig control
+
+
+def main() -> int:
+    """Do the task; 0 where there is an answer, whatever it is."""
+    from api.errors import one_line, outcome_of
+    from api.processes.parent import end_with_parent
+
+    if hasattr(os, "nice"):
+        os.nice(_NICE)
+    given = json.loads(sys.stdin.readline())
+    end_with_parent()
+    try:
+        _say({"result": _do(given)})
+    except Exception as error:  # noqa: BLE001 - the last frame of this process: the service reports what it was
+        outcome = outcome_of(error)
+        if outcome is not None and outcome.http_status < 500:
+            _say({"refused": one_line(error)})
+        else:
+            _say({"failed": f"{type(error).__name__}: {one_line(error)}"})
+    return 0
+
+
+def _do(given: dict[str, Any]) -> dict[str, Any]:
+    # Any: JSON, made by api.jobs.process and nobody else
+    from api.jobs.kind import Task
+    from api.jobs.kinds import find_kind
+
+    kind = find_kind(given["kind"])
+    task = Task(
+        request=given["request"],
+        runs=tuple(map(Path, given["runs"])),
+        held_out=tuple(map(Path, given["held_out"])),
+    )
+    if not given["folder"]:
+        kind.check(task)
+        return {}
+    folder = Path(given["folder"])
+    folder.mkdir(parents=True, exist_ok=True)
+    return kind.run(task, folder, lambda done, text: _say({"done": done, "text": text}))
+
+
+def _say(line: dict[str, Any]) -> None:
+    print(json.dumps(line), flush=True)
+
+
+if __name__ == "__main__":
+    status = main()
+    sys.stdout.flush()
+    os._exit(status)  # the thread that waits for the parent's end must not hold this one up

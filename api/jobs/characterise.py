@@ -1,0 +1,67 @@
+"""The kind ``characterise``: the characteristic sheet of a damper, as `damper-rig characterise` writes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+from api.jobs.kind import Kind, Progress, Task
+from api.jobs.run_choice import check_choice
+
+__all__ = ["CHARACTERISE", "CharacteriseRequest"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CharacteriseRequest:
+    """Draw the characteristic sheet of the sine tests of a campaign, of a rig, or of ``runs`` by their ids.
+
+    Raises InputError: one line.
+    """
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = {"extra": "forbid"}
+
+    kind: Literal["characterise"]
+    name: str = ""
+    campaign: str = ""
+    rig: str = ""
+    specimen: str = ""
+    runs: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        check_choice(self)
+
+    @property
+    def held_out(self) -> list[str]:
+        return []
+
+    @property
+    def title(self) -> str:
+        return "characteristic sheet"
+
+    @property
+    def options(self) -> dict[str, Any]:
+        return {}
+
+
+def _check(task: Task) -> None:
+    from identification.errors import DataError
+    from identification.steady import steady_cycles
+    from rigctl.runfile import read_run
+
+    if not any(steady_cycles(read_run(path)) for path in (*task.runs, *task.held_out)):
+        raise DataError("no run is a steady sine: a characteristic needs whole cycles of one, and a force that moves")
+
+
+def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
+    from identification.sheet import write_sheet
+    from rigctl.runfile import read_run
+
+    runs = [read_run(path) for path in (*task.runs, *task.held_out)]  # nothing is fitted that they could spoil
+    tell(0.5, "drawing")
+    return {"tests": write_sheet(folder / "sheet.html", runs)}
+
+
+CHARACTERISE = Kind(
+    name="characterise", request=CharacteriseRequest, files={"sheet.html": "text/html"}, check=_check, run=_run
+)

@@ -1,0 +1,21 @@
+"""The kinds of jobs that there are. A new one is a file like ``fit.py`` and its entries here."""
+
+from __future__ import annotations
+
+from api.errors import InputError
+from api.jobs.characterise import CHARACTERISE, CharacteriseRequest
+from api.jobs.explain import EXPLAIN, ExplainRequest
+from api.jobs.fit import FIT, FitRequest
+from api.jobs.kind import Kind
+
+__all__ = ["KINDS", "AnyRequest", "find_kind"]
+
+KINDS = {kind.name: kind for kind in (EXPLAIN, FIT, CHARACTERISE)}
+AnyRequest = ExplainRequest | FitRequest | CharacteriseRequest
+
+
+def find_kind(name: str) -> Kind:
+    """The kind of a name; raises InputError for one of a later version."""
+    if name not in KINDS:
+        raise InputError(f"kind is {name!a:.60}: this version has {', '.join(KINDS)}")
+    return KINDS[name]

@@ -1,0 +1,24 @@
+"""The option ``model`` of a request: the JSON of a model file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from identification.errors import ModelError
+from identification.physical.modelfile import model_from_json
+
+__all__ = ["check_model", "model_name"]
+
+
+def check_model(model: Mapping[str, Any]) -> None:
+    """Raise ModelError where it is not a model. Any: JSON that somebody sent."""
+    try:
+        model_from_json(model)
+    except ModelError as error:
+        raise ModelError(f"model: {error}") from error
+
+
+def model_name(model: Mapping[str, Any]) -> str:
+    """What it calls itself."""
+    return str(model.get("name") or "the given model")

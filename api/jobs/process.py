@@ -1,0 +1,134 @@
+"""The process of a job, seen from the service: started, followed, and always ended."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Thread
+from types import TracebackType
+from typing import Any, Self
+
+from api.errors import InputError, ProcessError
+from identification.errors import DataError
+
+__all__ = ["Answer", "JobProcess", "check_in_process"]
+
+_CHECK_S = 120.0
+_END_S = 5.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Answer:
+    """What a process said last: the figures of its result, or in one line why there is none. Any: JSON."""
+
+    result: Mapping[str, Any] = field(default_factory=dict)
+    failure: str = ""
+    refused: bool = False  # the failure is one of the input
+
+
+class JobProcess:
+    """One job in a process of its own; it ends when this process dies. ``progress`` is (share done, phase).
+
+    With ``folder`` None it only checks whether the input would be refused.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        request: Mapping[str, Any],  # JSON
+        runs: Sequence[Path],
+        held_out: Sequence[Path],
+        *,
+        folder: Path | None,
+    ) -> None:
+        self.progress = (0.0, "starting")
+        self._last: dict[str, Any] = {}  # any JSON that the process says last
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "api.jobs"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            start_new_session=True,
+            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        )
+        task = {
+            "kind": kind,
+            "request": dict(request),
+            "runs": [str(path) for path in runs],
+            "held_out": [str(path) for path in held_out],
+            "folder": "" if folder is None else str(folder),
+        }
+        assert self._process.stdin is not None  # a pipe was asked for
+        self._process.stdin.write(json.dumps(task).encode() + b"\n")
+        self._process.stdin.flush()
+        self._reader = Thread(target=self._read, name=f"output of {kind}", daemon=True)
+        self._reader.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._kill()
+        self._process.wait(_END_S)
+        self._reader.join(_END_S)
+        for stream in (self._process.stdin, self._process.stdout):
+            if stream is not None:
+                stream.close()
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    def ended(self, within_s: float) -> bool:
+        """Whether it has ended, after waiting for it at most so long."""
+        try:
+            self._process.wait(within_s)
+        except subprocess.TimeoutExpired:
+            return False
+        self._reader.join(_END_S)
+        return True
+
+    def answer(self) -> Answer:
+        """What it answered; call it when it has ended."""
+        match self._last:
+            case {"result": result}:
+                return Answer(result=result)
+            case {"refused": why}:
+                return Answer(failure=why, refused=True)
+            case {"failed": why}:
+                return Answer(failure=why)
+        return Answer(failure=f"the process of the job ended without an answer ({self._process.returncode})")
+
+    def _kill(self) -> None:
+        if self._process.poll() is not None:
+            return
+        if hasattr(os, "killpg"):
+            os.killpg(self._process.pid, signal.SIGKILL)  # with every process that it has started
+        else:
+            self._process.kill()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None  # a pipe was asked for
+        for line in self._process.stdout:
+            said = json.loads(line)
+            if "done" in said:
+                self.progress = (float(said["done"]), str(said["text"]))
+            else:
+                self._last = said
+
+
+def check_in_process(kind: str, request: Mapping[str, Any], runs: Sequence[Path], held_out: Sequence[Path]) -> None:
+    """Raise DataError, in the words of the command line, where a job of this kind would be refused. Any: JSON."""
+    with JobProcess(kind, request, runs, held_out, folder=None) as process:
+        if not process.ended(_CHECK_S):
+            raise InputError(f"{len(runs) + len(held_out)} runs: not read within {_CHECK_S:g} s: give fewer")
+        answer = process.answer()
+    if answer.failure:
+        raise DataError(answer.failure) if answer.refused else ProcessError(answer.failure)

@@ -1,0 +1,47 @@
+"""The files of results: where they are kept, and for how long; the only place that knows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from shutil import rmtree
+
+from api.errors import Conflict, NotFound
+from api.jobs.records import Job, JobState
+from api.jobs.store import JobStore
+
+__all__ = ["Results", "remove_old_results"]
+
+
+@dataclass(frozen=True, slots=True)
+class Results:
+    """Result folders below one folder, one for each job."""
+
+    root: Path
+
+    def folder(self, job_id: str) -> Path:
+        """Where the files of a job are written."""
+        return self.root / job_id
+
+    def file(self, job: Job, name: str, *, noun: str = "job") -> Path:
+        """A file of a result; raises Conflict where the job is not done, NotFound where the file is gone."""
+        if job.state is not JobState.DONE:
+            why = f": {job.reason}" if job.reason else ""
+            raise Conflict(f"{noun} {job.id} is {job.state}{why}: only one that is done has {name}")
+        path = self.folder(job.id) / name
+        if not path.is_file():
+            raise NotFound(f"{name} of {noun} {job.id} is gone from the results: ask for it again")
+        return path
+
+    def remove(self, job_id: str) -> None:
+        """Remove what is there of a result; silent where there is nothing."""
+        rmtree(self.folder(job_id), ignore_errors=True)
+
+
+def remove_old_results(jobs: JobStore, results: Results, *, keep_s: float) -> int:
+    """Remove the files of every job that ended longer ago than that; its record stays. Returns how many."""
+    old = jobs.with_files_older_than(keep_s)
+    for job_id in old:
+        results.remove(job_id)
+        jobs.files_removed(job_id)
+    return len(old)

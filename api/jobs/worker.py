@@ -1,0 +1,99 @@
+"""The worker that runs jobs: one at a time, in a process of lower priority than rig control."""
+
+from __future__ import annotations
+
+import logging
+import time
+from threading import Event, Thread
+
+from api.errors import ApiError, LeaseLost, StoreError, one_line
+from api.jobs.held_job import HeldJob, close_left_open, take_next
+from api.jobs.process import JobProcess
+from api.jobs.records import JobState
+from api.jobs.results import Results, remove_old_results
+from api.jobs.store import JobStore
+from api.settings import Settings
+from api.store.database import Database
+from api.store.leases import new_owner
+from api.store.runs import RunStore
+
+__all__ = ["JobWorker"]
+
+LOG = logging.getLogger("damper_rig.jobs")
+_REMOVE_EVERY_S = 600.0
+
+
+class JobWorker:
+    """Runs what waits, in order, as long as it lives; what a dead service left running is closed truthfully."""
+
+    def __init__(self, database: Database, runs: RunStore, results: Results, settings: Settings) -> None:
+        self._database, self._runs, self._results, self._settings = database, runs, results, settings
+        self._owner = new_owner()
+        self._stop = Event()
+        self._thread = Thread(target=self._work, name="jobs", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the work; what was begun waits in the store for the next service."""
+        self._stop.set()
+        self._thread.join(self._settings.stop_s)
+
+    def _work(self) -> None:
+        remove_at = time.monotonic()
+        while not self._stop.wait(self._settings.poll_s):
+            try:
+                if time.monotonic() >= remove_at:
+                    remove_old_results(JobStore(self._database), self._results, keep_s=self._settings.keep_results_s)
+                    remove_at = time.monotonic() + _REMOVE_EVERY_S
+                close_left_open(self._database, self._owner)
+                held = take_next(self._database, self._owner, self._settings.lease_s)
+                if held is not None:
+                    self._run(held)
+            except (LeaseLost, StoreError) as error:
+                LOG.error("%s", one_line(error))
+            except Exception:  # a fault of this program ends one job, never the worker
+                LOG.exception("a job ended in a fault of this program")
+
+    def _run(self, held: HeldJob) -> None:
+        """Run a job and write down how it ended; raises LeaseLost and StoreError."""
+        job = held.job
+        try:
+            paths = self._runs.paths(job.runs), self._runs.paths(job.held_out)
+            process = JobProcess(job.kind, job.request, *paths, folder=self._results.folder(job.id))
+        except StoreError:
+            raise
+        except (ApiError, OSError) as error:
+            held.end(JobState.FAILED, one_line(error))
+            return
+        with process:
+            cancelled = self._follow(held, process)
+            if self._stop.is_set():
+                held.give_back()
+                return
+            answer = process.answer()
+        if cancelled is not None or answer.failure:
+            self._results.remove(job.id)  # what was begun of a result is none
+        if cancelled is not None:
+            held.end(JobState.CANCELLED, cancelled)
+        elif answer.failure:
+            held.end(JobState.FAILED, answer.failure)
+        else:
+            held.end(JobState.DONE, result=answer.result)
+
+    def _follow(self, held: HeldJob, process: JobProcess) -> str | None:
+        """Wait for the process's end; the reason where somebody asked for it before."""
+        seen_at = time.monotonic()
+        while not process.ended(self._settings.poll_s) and not self._stop.is_set():
+            done, phase = process.progress
+            try:
+                reason = held.progress(phase, done)
+                seen_at = time.monotonic()
+            except StoreError:
+                if time.monotonic() - seen_at > self._settings.lease_s / 2:
+                    raise
+                continue
+            if reason is not None:
+                return reason
+        return None

@@ -1,0 +1,1 @@
+"""Other processes of this program: started, waited for, and ended with the one that started them."""

@@ -1,0 +1,213 @@
+"""Equations of the damping family: forces that follow from velocity, position and current at the same moment."""
+
+# Numba infers the types of these functions from their calls; annotations would not be read.
+# mypy: allow-untyped-defs, allow-untyped-calls, allow-untyped-decorators
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from identification.physical.compiled import inlined
+from identification.physical.elements.catalogue import code_of
+from identification.physical.elements.equations.point import Force
+
+_VISCOUS, _ARCTAN = code_of("viscous_damping"), code_of("arctan_damping")
+_PIECEWISE, _VALVE = code_of("piecewise_linear_damping"), code_of("valve_damping")
+_QUADRATIC, _RELIEF = code_of("quadratic_damping"), code_of("relief_valve")
+_ASYMMETRY, _TANH = code_of("damping_asymmetry"), code_of("tanh_hysteresis")
+STIFF = _ARCTAN  # the element that a caller with a constant code makes fastest: stiff models of the literature hold it
+
+
+class Viscous(NamedTuple):
+    c: float
+    c_control: float
+
+
+@inlined
+def viscous(q, at):
+    c = q.c + q.c_control * at.u
+    return Force(c * at.w, 0.0, c, q.c_control * at.w, 0.0, 0.0, 0.0), Viscous(at.w, at.u * at.w)
+
+
+class Arctan(NamedTuple):
+    F1: float
+    S: float
+    d: float
+    F2: float
+
+
+@inlined
+def arctan(x):
+    """Arctangent to two units in the last place (Moshier, Cephes 1987): no call, so that three of them overlap."""
+    y = abs(x)
+    far, mid = y > 2.414213562373095, y > 0.66
+    top = -1.0 if far else (y - 1.0 if mid else y)
+    bottom = y if far else (y + 1.0 if mid else 1.0)
+    base = 1.5707963267948966 if far else (0.7853981633974483 if mid else 0.0)
+    r = top / bottom
+    q = r * r
+    q2 = q * q
+    above = (-0.8750608600031904122785 * q2 + (-16.15753718737365076637 * q - 75.00855792314704667340)) * q2
+    above += -122.8866684490136173410 * q - 64.85021904942025371773
+    below = ((q + 24.85846490142306297962) * q2 + (165.0270098316988542046 * q + 432.8810604912902668951)) * q2
+    below += 485.3903996359136964868 * q + 194.5506571482613964425
+    angle = base + (r * (q * above / below) + r)
+    return angle if x >= 0.0 else -angle
+
+
+@inlined
+def arctan_damping(q, at):
+    sw = q.S * at.w
+    a = 2.0 / np.pi * arctan(sw)
+    b = 2.0 / np.pi / (1.0 + sw * sw)
+    force = Force(q.F1 * a + q.d * at.w, 0.0, q.F1 * b * q.S + q.d, 0.0, 0.0, 0.0, q.F2)
+    return force, Arctan(a, q.F1 * b * at.w, at.w, 1.0)
+
+
+class Piecewise(NamedTuple):
+    c1: float
+    c2: float
+    f_r: float
+
+
+@inlined
+def piecewise_linear(q, at):
+    w = at.w
+    f, f_w, by_c1, by_c2, by_f_r = q.c1 * w, q.c1, w, 0.0, 0.0
+    if not abs(q.c1 * w) < q.f_r:
+        sgn = 1.0 if w > 0 else -1.0
+        f = sgn * (1.0 - q.c2 / q.c1) * q.f_r + q.c2 * w
+        f_w = q.c2
+        by_c1 = sgn * q.f_r * q.c2 / (q.c1 * q.c1)
+        by_c2 = w - sgn * q.f_r / q.c1
+        by_f_r = sgn * (1.0 - q.c2 / q.c1)
+    return Force(f, 0.0, f_w, 0.0, 0.0, 0.0, 0.0), Piecewise(by_c1, by_c2, by_f_r)
+
+
+class Valve(NamedTuple):
+    c_soft: float
+    c_firm: float
+    u_soft: float
+    u_firm: float
+    w_knee: float
+
+
+@inlined
+def valve(q, at):
+    """c(u) is linear between u_soft and u_firm and clipped outside."""
+    span, w = q.u_firm - q.u_soft, at.w
+    r, inside = 0.0, 0.0
+    if span != 0.0:
+        r = (at.u - q.u_soft) / span
+        inside = 1.0 if 0.0 < r < 1.0 else 0.0
+        r = min(max(r, 0.0), 1.0)
+    c = q.c_soft + (q.c_firm - q.c_soft) * r
+    y = w / q.w_knee
+    g = 1.0 / np.sqrt(1.0 + y * y)
+    dr = (q.c_firm - q.c_soft) * w * g * inside / span if span != 0.0 else 0.0
+    force = Force(c * w * g, 0.0, c * g * g * g, dr, 0.0, 0.0, 0.0)
+    return force, Valve((1.0 - r) * w * g, r * w * g, -(1.0 - r) * dr, -r * dr, c * g * g * g * y * y * y)
+
+
+class Quadratic(NamedTuple):
+    q: float
+
+
+@inlined
+def quadratic(q, at):
+    own = at.w * abs(at.w)
+    return Force(q.q * at.w * abs(at.w), 0.0, 2.0 * q.q * abs(at.w), 0.0, 0.0, 0.0, 0.0), Quadratic(own)
+
+
+class Relief(NamedTuple):
+    c_drop: float
+    w_knee: float
+
+
+@inlined
+def relief(q, at):
+    over = abs(at.w) - q.w_knee
+    sgn = 1.0 if at.w > 0 else -1.0
+    f, f_w, by_drop, by_knee = 0.0, 0.0, 0.0, 0.0
+    if over > 0.0:
+        f, f_w = -q.c_drop * sgn * over, -q.c_drop
+        by_drop, by_knee = -sgn * over, q.c_drop * sgn
+    return Force(f, 0.0, f_w, 0.0, 0.0, 0.0, 0.0), Relief(by_drop, by_knee)
+
+
+class Asymmetry(NamedTuple):
+    c_a: float
+
+
+@inlined
+def asymmetry(q, at):
+    f_w = q.c_a * (1.0 if at.w > 0 else -1.0)
+    return Force(q.c_a * abs(at.w), 0.0, f_w, 0.0, 0.0, 0.0, 0.0), Asymmetry(abs(at.w))
+
+
+class Tanh(NamedTuple):
+    alpha: float
+    alpha_control: float
+    beta: float
+    delta: float
+    z_r: float
+
+
+@inlined
+def _side(z, z_r):
+    """Side of the middle with its slopes by z and z_r: the sign of z, or smooth where a hysteresis turns over z_r."""
+    if z_r > 0.0:
+        y = np.tanh(z / z_r)
+        slope = (1.0 - y * y) / z_r
+        return y, slope, -slope * z / z_r
+    return (1.0 if z > 0 else (-1.0 if z < 0 else 0.0)), 0.0, 0.0
+
+
+@inlined
+def tanh_hysteresis(q, at):
+    sz, sz_z, sz_r = _side(at.z, q.z_r)
+    a = q.alpha + q.alpha_control * at.u
+    th = np.tanh(q.beta * at.w + q.delta * sz)
+    g = 1.0 - th * th
+    force = Force(a * th, a * q.delta * sz_z * g, a * q.beta * g, q.alpha_control * th, 0.0, 0.0, 0.0)
+    return force, Tanh(th, at.u * th, a * at.w * g, a * sz * g, a * q.delta * sz_r * g)
+
+
+@inlined
+def damping(code, p, o, at, dp, wanted):
+    """Force of the element with that code, its parameters from p[o] on; where `wanted`, its partials from dp[o] on."""
+    if code == _VISCOUS:
+        force, by = viscous(Viscous(p[o], p[o + 1]), at)
+        if wanted:
+            dp[o], dp[o + 1] = by
+    elif code == _ARCTAN:
+        force, by = arctan_damping(Arctan(p[o], p[o + 1], p[o + 2], p[o + 3]), at)
+        if wanted:
+            dp[o], dp[o + 1], dp[o + 2], dp[o + 3] = by
+    elif code == _PIECEWISE:
+        force, by = piecewise_linear(Piecewise(p[o], p[o + 1], p[o + 2]), at)
+        if wanted:
+            dp[o], dp[o + 1], dp[o + 2] = by
+    elif code == _VALVE:
+        force, by = valve(Valve(p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4]), at)
+        if wanted:
+            dp[o], dp[o + 1], dp[o + 2], dp[o + 3], dp[o + 4] = by
+    elif code == _QUADRATIC:
+        force, by = quadratic(Quadratic(p[o]), at)
+        if wanted:
+            dp[o] = by.q
+    elif code == _RELIEF:
+        force, by = relief(Relief(p[o], p[o + 1]), at)
+        if wanted:
+            dp[o], dp[o + 1] = by
+    elif code == _ASYMMETRY:
+        force, by = asymmetry(Asymmetry(p[o]), at)
+        if wanted:
+            dp[o] = by.c_a
+    else:
+        force, by = tanh_hysteresis(Tanh(p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4]), at)
+        if wanted:
+            dp[o], dp[o + 1], dp[o + 2], dp[o + 3], dp[o + 4] = by
+    return force

@@ -1,0 +1,65 @@
+"""Equations of the sensor path: what each element adds to the force, and the partials by its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.physical.elements.spec import ElementSpec
+from identification.physical.motion import Motion
+
+Floats = NDArray[np.float64]
+Added = tuple[Floats, Floats]  # force (N,) and its partials (N, K)
+Equation = Callable[[Sequence[float], Motion, Floats], Added]
+
+
+def sensor_force(spec: ElementSpec, values: Sequence[float], motion: Motion, force: Floats) -> Added:
+    """What a sensor element adds to `force`, (N,), N, along a motion, and the gradient by its parameters, (N, K)."""
+    return _EQUATIONS[spec.name](values, motion, force)
+
+
+def delay_of(spec: ElementSpec, values: Sequence[float]) -> float:
+    """How late the element makes the force, s: its inputs are taken from so long ago."""
+    return values[0] if spec.name == "force_delay" else 0.0
+
+
+def _delay(values: Sequence[float], motion: Motion, force: Floats) -> Added:
+    """The delay itself is already in the inputs; a later force is the slope of the force taken backwards."""
+    return np.zeros(force.size), -np.gradient(force, motion.dt)[:, None]
+
+
+def _offset(values: Sequence[float], motion: Motion, force: Floats) -> Added:
+    return np.full(force.size, values[0]), np.ones((force.size, 1))
+
+
+def _mass(values: Sequence[float], motion: Motion, force: Floats) -> Added:
+    return values[0] * motion.a, motion.a[:, None]
+
+
+def _parallel_stiffness(values: Sequence[float], motion: Motion, force: Floats) -> Added:
+    return values[0] * motion.x, motion.x[:, None]
+
+
+def _drift(values: Sequence[float], motion: Motion, force: Floats) -> Added:
+    return values[0] * motion.t, motion.t[:, None]
+
+
+def _hum(values: Sequence[float], motion: Motion, force: Floats) -> Added:
+    amplitude, frequency, phase = values
+    angle = 2.0 * np.pi * frequency * motion.t + phase
+    by_frequency = amplitude * 2.0 * np.pi * motion.t * np.cos(angle)
+    columns = np.stack([np.sin(angle), by_frequency, amplitude * np.cos(angle)], axis=1)
+    return amplitude * np.sin(angle), columns
+
+
+_EQUATIONS: Final[Mapping[str, Equation]] = {
+    "force_delay": _delay,
+    "force_offset": _offset,
+    "moving_mass": _mass,
+    "parallel_stiffness": _parallel_stiffness,
+    "force_drift": _drift,
+    "mains_hum": _hum,
+}

@@ -1,0 +1,183 @@
+"""What the time loops work on, by name: the core, the motion, the mount, and the arrays that a run needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.physical.elements import CATALOGUE, ElementSpec, Family, ParameterSpec, code_of
+from identification.physical.elements.equations.memory import PARTIALS
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+SHIFT = 5  # code >> SHIFT is the family: a family has room for 32 elements
+UNSCALED, SCALED, FACTOR = range(3)  # how modifiers act on the partial by a parameter, see `core.modify`
+POSITION_AND_CURRENT, EVERYTHING = 1, 2  # what a core is driven by beside its velocity
+E, Z, W, EXPECTED, TOLERANCE, RATE, BRANCH, FIRST_RATE, CHANGE, MET_AT_ONCE, STATE = range(11)
+"""Places in the state of a mounted core: extension of the mount, position and velocity of the core at the last step,
+de/dt to expect at the first stage of the next, the tolerance of a velocity, de/dt and the branch's force at the end,
+de/dt at the first stage and its change from there to the end, whether the last stage was met at the first guess."""
+
+
+class Core(NamedTuple):
+    """The parallel elements of a core."""
+
+    codes: Integers  # (E,)
+    offsets: Integers  # (E + 1,) first parameter of each element
+    p: Floats  # (P,)
+    column: Integers  # (P,) the column of the gradient of each parameter, −1 where none is wanted
+    memory: Flags  # (E,) whether an element carries a state
+    scaling: Integers  # (P,) UNSCALED, SCALED or FACTOR
+    modified: bool  # some element multiplies the dissipative sum
+    rare: bool  # some element is of the motion family
+    remembers: bool  # some element carries a state
+    jumps: bool  # the force jumps where w changes its sign
+    driven: int  # 0: the force follows from w alone; POSITION_AND_CURRENT; EVERYTHING
+    only: int  # the one memory of a core that is linear in velocity; −1 of any other
+
+
+class Drive(NamedTuple):
+    """What moves a damper, sample by sample, (N,) each; `du` (C, N) is ∂u by the first C columns of the gradient."""
+
+    x: Floats
+    v: Floats
+    u: Floats
+    temperature: Floats
+    a: Floats
+    v_m: Floats
+    dt: float
+    du: Floats
+
+
+class Mount(NamedTuple):
+    """A spring and damper in series, beyond a gap, with a relaxing branch; or the gradient's column of each."""
+
+    k: float  # N/m
+    c: float  # N·s/m
+    gap: float  # m
+    k2: float  # N/m
+    c2: float  # N·s/m
+    c_control: float  # N·s/(m·A)
+
+
+class Carried(NamedTuple):
+    """What goes from step to step."""
+
+    memory: Floats  # (E,)
+    sens: Floats  # (E + 2, M) sensitivities of the memories, of the branch's force and of the core's last velocity
+    de: Floats  # (M,) of the extension
+    state: Floats  # (STATE,)
+
+
+class Work(NamedTuple):
+    """Room for one evaluation of a core."""
+
+    trial: Floats  # (E,) memories at a trial state
+    parts: Floats  # (E, PARTIALS) their partials
+    leg: Floats  # (PARTIALS,)
+    dp: Floats  # (P + 1,) partials of the force by the parameters
+    dm: Floats  # (E,) and by the memories
+
+
+class Stages(NamedTuple):
+    """Room for the sensitivities of one step, (M,) each."""
+
+    base: Floats  # of the extension at the base of a stage
+    rate: Floats  # of de/dt
+    branch: Floats  # of the branch's force
+
+
+class Space(NamedTuple):
+    """All arrays that one run of `rigid` works in, zero at the beginning."""
+
+    carried: Carried
+    kept: Carried  # for a retry of a sample
+    work: Work
+    stages: Stages
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """What the loops need to know of a core before its parameters have values."""
+
+    codes: Integers
+    offsets: Integers
+    memory: Flags
+    scaling: Integers
+    modified: bool
+    rare: bool
+    only: int
+    smooth_over: tuple[int, ...]  # places of the parameters without which the force jumps at rest
+    gains: tuple[int, ...]  # places of the gains on the current
+    by_velocity: bool  # the force follows from w alone where all gains are zero
+
+
+@lru_cache(maxsize=1024)
+def _layout(names: tuple[str, ...]) -> _Layout:
+    specs = [CATALOGUE[name] for name in names]
+    offsets = np.concatenate([[0], np.cumsum([len(s.parameters) for s in specs])]).astype(np.int64)
+    memory = np.array([s.memory for s in specs], dtype=np.bool_)
+    first = int(np.argmax(memory))
+    explicit = memory.sum() == 1 and all(s.linear_in_velocity for s in specs) and specs[first].explicit_rate
+    places = [(s, p, int(o) + k) for s, o in zip(specs, offsets, strict=False) for k, p in enumerate(s.parameters)]
+    return _Layout(
+        codes=np.array([code_of(name) for name in names], dtype=np.int64),
+        offsets=offsets,
+        memory=memory,
+        scaling=np.array([_scaling(s, p) for s, p, _ in places], dtype=np.int64),
+        modified=any(s.modifier for s in specs),
+        rare=any(s.family == Family.MOTION for s in specs),
+        only=first if explicit else -1,
+        smooth_over=tuple(at for s, p, at in places if p.name == s.smooth_over),
+        gains=tuple(at for _, p, at in places if p.gain),
+        by_velocity=all(s.family == Family.DAMPING and not (s.by_position or s.needs_current) for s in specs),
+    )
+
+
+def core_of(names: tuple[str, ...], values: Floats, column: Integers) -> Core:
+    """The core as the loops see it, from the names of its elements and their parameters in order."""
+    own = _layout(names)
+    by_velocity = own.by_velocity and not any(values[k] for k in own.gains)
+    return Core(
+        codes=own.codes,
+        offsets=own.offsets,
+        p=values,
+        column=column,
+        memory=own.memory,
+        scaling=own.scaling,
+        modified=own.modified,
+        rare=own.rare,
+        remembers=bool(own.memory.any()),
+        jumps=any(values[k] == 0.0 for k in own.smooth_over),
+        driven=EVERYTHING if own.modified or own.rare else 0 if by_velocity else POSITION_AND_CURRENT,
+        only=own.only,
+    )
+
+
+def space_of(elements: int, parameters: int, columns: int) -> Space:
+    """Arrays for a run with so many elements and parameters of the core, and columns of the gradient."""
+    return Space(
+        carried=_carried(elements, columns),
+        kept=_carried(elements, columns),
+        work=Work(
+            trial=np.zeros(elements), parts=np.zeros((elements, PARTIALS)), leg=np.zeros(PARTIALS),
+            dp=np.zeros(parameters + 1), dm=np.zeros(elements),
+        ),
+        stages=Stages(base=np.zeros(columns), rate=np.zeros(columns), branch=np.zeros(columns)),
+    )  # fmt: skip
+
+
+def _carried(elements: int, columns: int) -> Carried:
+    return Carried(np.zeros(elements), np.zeros((elements + 2, columns)), np.zeros(columns), np.zeros(STATE))
+
+
+def _scaling(spec: ElementSpec, parameter: ParameterSpec) -> int:
+    if spec.modifier:
+        return FACTOR
+    return SCALED if spec.dissipative and not parameter.outside else UNSCALED

@@ -1,0 +1,157 @@
+"""Jobs of every kind over HTTP, and the process of a job."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from api.cli.main import main
+from api.jobs.kinds import KINDS
+from api.jobs.process import JobProcess
+from rigctl.runfile import write_run
+from tests.api.following import get, reached
+from tests.api.measured import MODEL, NAMES, a_run, sent
+
+
+def submit(base: str, body: dict[str, Any]) -> httpx.Response:
+    return httpx.post(f"{base}/v1/jobs", json=body, timeout=120)
+
+
+def done(base: str, body: dict[str, Any]) -> dict[str, Any]:
+    answer = submit(base, body)
+    assert answer.status_code == 201, answer.text
+    assert (answer.json()["kind"], answer.json()["files"]) == (body["kind"], {})
+    path = answer.headers["location"]
+    ended = reached(base, path, lambda job: job["ended"] is not None, 300.0)
+    assert ended["state"] == "done", ended
+    assert list(ended["files"].values()) == [f"{path}/files/{name}" for name in KINDS[body["kind"]].files]
+    return ended
+
+
+def test_a_fit_is_that_of_the_command_line(base: str, folder: Path, tmp_path: Path) -> None:
+    job = done(base, {"kind": "fit", "model": MODEL, "runs": [sent(base, folder / name) for name in NAMES[:3]]})
+    assert job["name"] == "fit of as simulated"
+    paths = [str(folder / name) for name in ("model.json", *NAMES[:3])]
+    assert main(["fit", *paths, "-o", str(tmp_path / "fitted.json")]) == 0
+    assert get(base, job["files"]["model.json"]) == json.loads((tmp_path / "fitted.json").read_text())
+    assert job["result"]["converged"] is True
+    assert job["result"]["gap_n"] > 0.0
+    assert job in get(base, "/v1/jobs?kind=fit")["jobs"]
+    assert get(base, "/v1/explanations") == {"explanations": [], "next_before": None}
+
+
+def test_a_sheet_is_that_of_the_command_line(
+    base: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = done(base, {"kind": "characterise", "name": "sheet", "runs": [sent(base, folder / n) for n in NAMES]})
+    assert (job["name"], len(job["result"]["tests"])) == ("sheet", 4)
+    page = httpx.get(base + job["files"]["sheet.html"])
+    assert page.headers["content-type"].startswith("text/html")
+    given = [*(str(folder / n) for n in NAMES), "-o", str(tmp_path / "sheet.html"), "--json"]
+    assert main(["characterise", *given]) == 0
+    assert json.loads(capsys.readouterr().out)["tests"] == job["result"]["tests"]
+    assert all(name in page.text for name in NAMES)
+
+
+def test_an_explanation_can_be_seen_and_cancelled_as_a_job(base: str, folder: Path) -> None:
+    body = {"kind": "explain", "model": MODEL, "runs": [sent(base, folder / name) for name in NAMES]}
+    job = submit(base, body).json()
+    assert httpx.post(f"{base}/v1/jobs/{job['id']}/cancel").status_code == 202
+    ended = reached(base, f"/v1/explanations/{job['id']}", lambda one: one["ended"] is not None)
+    assert (ended["state"], ended["runs"]) == ("cancelled", body["runs"])
+    answer = httpx.get(f"{base}/v1/jobs/{job['id']}/files/report.json")
+    assert (answer.status_code, "over HTTP" in answer.json()["detail"]) == (409, True)
+    answer = httpx.get(f"{base}/v1/jobs/{job['id']}/files/sheet.html")
+    assert (answer.status_code, "it has report.json" in answer.json()["detail"]) == (404, True)
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "words"),
+    [
+        ({"runs": ["x"]}, 422, ["kind is missing", "explain, fit, characterise"]),
+        ({"kind": "compare", "runs": ["x"]}, 422, ["kind is 'compare'", "explain, fit, characterise"]),
+        ({"kind": 7}, 422, ["kind is", "explain, fit, characterise"]),
+        ({"kind": "fit", "runs": ["x"]}, 422, ["model is missing"]),
+        ({"kind": "fit", "model": MODEL, "runs": []}, 422, ["at least one measured run"]),
+        ({"kind": "fit", "model": MODEL, "runs": ["nobody"]}, 404, ["nobody"]),
+        ({"kind": "fit", "model": MODEL, "runs": ["x"], "starts": 0}, 422, ["starts is 0"]),
+        ({"kind": "fit", "model": MODEL, "runs": ["x"], "robust": -1.0}, 422, ["robust is -1"]),
+        ({"kind": "fit", "model": {**MODEL, "kind": "mlp"}, "runs": ["x"]}, 422, ["model: kind is 'mlp'"]),
+        ({"kind": "fit", "model": MODEL, "held_out": ["x"]}, 422, ["held_out", "not a known key", "starts"]),
+        ({"kind": "characterise", "rig": "x", "runs": ["x"]}, 422, ["rig and runs"]),
+        ({"kind": "characterise", "model": MODEL}, 422, ["model", "not a known key", "specimen"]),
+    ],
+)
+def test_a_wrong_request_is_refused_in_one_line(base: str, body: dict[str, Any], status: int, words: list[str]) -> None:
+    before = get(base, "/v1/jobs")
+    answer = submit(base, body)
+    assert answer.status_code == status, answer.text
+    assert "\n" not in answer.json()["detail"]
+    assert all(word in answer.json()["detail"] for word in words), answer.text
+    assert get(base, "/v1/jobs") == before
+
+
+@pytest.mark.parametrize("path", ["/v1/jobs/nobody", "/v1/jobs/nobody/files/x", "/v1/jobs?limit=0"])
+def test_what_is_not_there_is_said_in_one_line(base: str, path: str) -> None:
+    answer = httpx.get(base + path)
+    assert answer.status_code in (404, 422)
+    assert "\n" not in answer.json()["detail"]
+
+
+def test_what_the_command_line_refuses_is_refused_before_it_is_accepted(
+    base: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_run(tmp_path / "one.h5", a_run(9, 2.0))
+    fixed = {"value": 600.0, "fixed": True}
+    model = {**MODEL, "paths": {"core": [{"element": "viscous_damping", "parameters": {"c": fixed}}]}}
+    answer = submit(base, {"kind": "fit", "model": model, "runs": [sent(base, tmp_path / "one.h5")]})
+    assert answer.status_code == 422
+    (tmp_path / "model.json").write_text(json.dumps(model))
+    given = [str(tmp_path / "model.json"), str(tmp_path / "one.h5")]
+    assert main(["fit", *given, "-o", str(tmp_path / "fitted.json")]) == 2
+    assert capsys.readouterr().err == f"damper-rig: {answer.json()['detail']}\n"
+
+
+def test_the_description_for_programs_types_every_kind(base: str) -> None:
+    schema = get(base, "/openapi.json")
+    body = schema["paths"]["/v1/jobs"]["post"]["requestBody"]["content"]["application/json"]["schema"]
+    assert set(body["discriminator"]["mapping"]) == set(KINDS)
+    fit = schema["components"]["schemas"][body["discriminator"]["mapping"]["fit"].rsplit("/", 1)[1]]
+    assert {"model", "starts", "robust", "refine", "runs"} <= set(fit["properties"])
+    page = httpx.get(f"{base}/docs").text
+    for kind, words in {"fit": "starts: integer", "explain": "held_out: array of string"}.items():
+        assert f"kind: {kind}" in page
+        assert words in page
+
+
+def test_a_process_that_is_killed_is_said_to_have_ended_without_an_answer(folder: Path, tmp_path: Path) -> None:
+    request = {"model": MODEL, "runs": ["x"], "held_out": []}
+    with JobProcess("explain", request, [folder / NAMES[0]], [], folder=tmp_path / "report") as process:
+        os.kill(process.pid, signal.SIGKILL)
+        assert process.ended(20.0)
+        assert "ended without an answer (-9)" in process.answer().failure
+
+
+@pytest.mark.skipif(not hasattr(os, "getpriority"), reason="priorities are those of POSIX")
+def test_a_job_runs_at_lower_priority_than_rig_control(folder: Path, tmp_path: Path) -> None:
+    request = {"model": MODEL, "runs": ["x"], "held_out": []}
+    paths = [folder / name for name in NAMES]
+    with JobProcess("explain", request, paths, [], folder=tmp_path / "report") as process:
+        while process.progress[1] == "starting":
+            assert not process.ended(0.05)
+        assert os.getpriority(os.PRIO_PROCESS, process.pid) > os.getpriority(os.PRIO_PROCESS, 0)
+
+
+def test_a_service_that_loads_every_kind_loads_none_of_their_work() -> None:
+    heavy = tuple(f"identification.{name}" for name in ("discrepancy", "fitting", "sheet"))
+    code = f"import sys, api.jobs.kinds; print([name for name in {heavy} if name in sys.modules])"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert said.stdout.strip() == "[]"
