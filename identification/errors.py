@@ -2,8 +2,10 @@
 
 IdentificationError
 ├── ModelError          a model that is no model: unknown element, value outside its physical range, missing parameter
+│   └── ModelFileError  a model file that can't be read, written or used for what is asked of it
 ├── DataError           runs that can't be used for what is asked of them
-└── SimulationError     the model can't run on this input
+├── SimulationError     the model can't run on this input
+└── OutputError         a page or a table that can't be written
 """
 
 
@@ -15,9 +17,17 @@ class ModelError(IdentificationError):
     """A model description that is refused: what, where, the value, what would be right."""
 
 
+class ModelFileError(ModelError):
+    """A model file that is refused: damaged, of a kind that can't be used here, or a place that can't be written."""
+
+
 class DataError(IdentificationError):
     """Runs that can't be used for what is asked of them."""
 
 
 class SimulationError(IdentificationError):
     """A model that can't run on the given input."""
+
+
+class OutputError(IdentificationError):
+    """A page or a table that can't be written."""

@@ -13,8 +13,9 @@ from plotly.subplots import make_subplots
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import QhullError
 
+from excitation.atomic import written_whole
 from identification.datachecks import check_run
-from identification.errors import DataError
+from identification.errors import DataError, OutputError
 from identification.force_velocity import ArctanCurve, arctan_fit, extremes
 from identification.steady import (
     Cycles,
@@ -24,7 +25,6 @@ from identification.steady import (
     loss_factor,
     steady_cycles,
 )
-from rigctl.durable import replacing
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -57,7 +57,7 @@ def write_sheet(path: Path, runs: Sequence[Run]) -> list[dict[str, float | str |
     curve = arctan_fit(speeds, forces) if speeds.size >= 8 and one_current else None
     figures = [loops(tests), peak_velocity(tests, curve), continuous_velocity(tests), *maps(tests)]
     seen = [f"{_name(run)}: {finding}" for run in runs for finding in check_run(run)]
-    with replacing(path) as temporary:
+    with written_whole(path, OutputError) as temporary:
         temporary.write_text(_page(tests, figures, curve, left_out, seen), encoding="utf-8")
     return [row(test) for test in tests]
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from api.demo.story import Finding, Story
+from api.errors import InputError
+from excitation.atomic import written_whole
 
 __all__ = ["gap_rows", "words_of", "write_index"]
 
@@ -57,12 +58,8 @@ def gap_rows(finding: Finding) -> list[tuple[str, float]]:
 
 def write_index(story: Story, path: Path) -> None:
     """Write the page whole or not at all; it opens offline and links the two reports beside it."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
+    with written_whole(path, InputError) as temporary:
         temporary.write_text(_page(story, path.parent), encoding="utf-8")
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _page(story: Story, folder: Path) -> str:

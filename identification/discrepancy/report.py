@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 
+from excitation.atomic import written_whole
 from excitation.plan import plan_from_config
 from excitation.plan_files import write_plan
 from identification.discrepancy import charts
@@ -17,9 +18,9 @@ from identification.discrepancy.aliases import aliases
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.explanation import Effect, Explanation, Verdict, report_data
 from identification.discrepancy.trials import Trial, allowance
+from identification.errors import OutputError
 from identification.physical.elements import CATALOGUE
 from identification.physical.modelfile import write_model
-from rigctl.durable import replacing
 
 _VERDICTS = {
     Verdict.NO_DISCREPANCY: (
@@ -61,9 +62,9 @@ def write_report(explanation: Explanation, directory: Path, *, reproduce: str = 
         write_plan(directory / "next_test.toml", plan_from_config({"tests": [dict(design)]}))
     data = json.dumps(report_data(explanation), indent=2, ensure_ascii=False, allow_nan=False)
     write_model(directory / "model.json", explanation.model)
-    with replacing(directory / "report.json") as temporary:
+    with written_whole(directory / "report.json", OutputError) as temporary:
         temporary.write_text(data + "\n", encoding="utf-8")
-    with replacing(directory / "report.html") as temporary:
+    with written_whole(directory / "report.html", OutputError) as temporary:
         temporary.write_text(report_html(explanation, reproduce=reproduce), encoding="utf-8")
     return directory / "report.html"
 

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
-from identification.errors import ModelError
+from excitation.atomic import written_whole
+from identification.errors import ModelError, ModelFileError
 from identification.physical.elements import CATALOGUE, PATHS, ElementSpec
 from identification.physical.model import Element, Model, Parameter
-from rigctl.durable import replacing
 
 FORMAT = "damper-rig/model"
 FORMAT_VERSION = 1
@@ -181,5 +181,5 @@ def _parameter_json(p: Parameter) -> Json:
 def write_model(path: str | os.PathLike[str], model: Model) -> None:
     """Write a model file: complete under its name, or not at all."""
     text = json.dumps(model_to_json(model), indent=2, ensure_ascii=False) + "\n"
-    with replacing(FilePath(path)) as temporary:
+    with written_whole(FilePath(path), ModelFileError) as temporary:
         temporary.write_text(text, encoding="utf-8")
