@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from api.campaigns import check_text
 from api.errors import InputError
 from identification.errors import ModelError
-from identification.physical.modelfile import model_from_json
+from identification.models import model_from_json
 
 __all__ = ["NewExplanation"]
 

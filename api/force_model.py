@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from api.errors import InputError
 from excitation.motion import Motion as PlayedMotion
 from excitation.prediction import ForceModel
+from identification.models.motion import Motion
 from identification.physical.modelfile import read_model
-from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 
 __all__ = ["force_model"]

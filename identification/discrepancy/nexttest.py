@@ -16,10 +16,11 @@ from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import orthonormal
 from identification.discrepancy.trials import Trial
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import evaluate, free_parameters, predict
+from identification.fitting.leastsquares import evaluate, free_parameters
 from identification.fitting.parallel import side_by_side
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model
+from identification.physical.predict import predict
 from identification.record import Record, compact, record_from_run
 from rigctl.runfile import Run
 

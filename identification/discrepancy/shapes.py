@@ -12,8 +12,8 @@ from identification.discrepancy.explanation import Explanation
 from identification.discrepancy.naming import Compared
 from identification.discrepancy.where import variables
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import predict
 from identification.physical.model import Model
+from identification.physical.predict import predict
 from identification.record import Record, compact
 
 Floats = NDArray[np.float64]

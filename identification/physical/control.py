@@ -8,9 +8,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from identification.models.motion import delayed, is_step
 from identification.physical.elements import Code
 from identification.physical.model import Element
-from identification.physical.motion import delayed, is_step
 
 Floats = NDArray[np.float64]
 

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import SimulationError
+from identification.models.motion import Motion
 from identification.physical.collocation import collocation_space
 from identification.physical.control import effective_current
 from identification.physical.elements import Code
 from identification.physical.model import Element, Model
-from identification.physical.motion import Motion
 from identification.physical.mount import C2, C_CONTROL, GAP, K2, C, K
 from identification.physical.mounted import mounted
 from identification.physical.rigid import rigid, workspace

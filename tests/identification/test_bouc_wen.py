@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from identification.errors import ModelError, SimulationError
+from identification.models.motion import Motion
 from identification.physical.accuracy import numerical_error, simulate_within
 from identification.physical.memory import PARTIALS, _bouc_wen, fading
 from identification.physical.model import Element, Model, element
-from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 from tests.identification.test_gradients import extrapolated, freed
 from tests.identification.test_solver import DT, N, T, motion

@@ -16,7 +16,7 @@ from api.cli.main import main
 from identification.eearth import eearth
 from identification.errors import DataError
 from identification.force_velocity import arctan_fit, extremes
-from identification.measures import score
+from identification.models.measures import score
 from identification.sheet import write_sheet
 from identification.steady import (
     Cycles,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from identification.models.motion import Motion
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, element
-from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 from tests.identification.test_solver import motion
 
