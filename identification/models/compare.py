@@ -109,7 +109,9 @@ def compare(
     say = on_progress or (lambda done, text: None)
     courses = tuple(_course(run) for run in runs)
     rows = []
-    for k, (label, model) in enumerate(zip(labels or _labels(models), models, strict=True)):
+    for k, (label, model) in enumerate(
+        zip(_numbered(labels or [m.name or m.kind for m in models]), models, strict=True)
+    ):
         cells = []
         for n, course in enumerate(courses):
             say((k + n / len(courses)) / len(models), f"{label} on {course.name}")
@@ -168,9 +170,8 @@ def _check(models: Sequence[SimulationModel], runs: Sequence[Run]) -> None:
             raise DataError(f"{name_of(run)}: the measured force is constant: there is nothing to compare with")
 
 
-def _labels(models: Sequence[SimulationModel]) -> list[str]:
-    """Names of the models, numbered where two have the same."""
-    names = [model.name or model.kind for model in models]
+def _numbered(names: Sequence[str]) -> list[str]:
+    """The names, numbered where two are the same."""
     return [f"{name} ({names[: k + 1].count(name)})" if names.count(name) > 1 else name for k, name in enumerate(names)]
 
 
