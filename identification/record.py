@@ -15,9 +15,17 @@ from identification.derivatives import (
     band_of_force,
     low_pass,
     low_pass_lines,
+    smooth_kinematics,
 )
 from identification.errors import DataError
-from identification.models.inputs import free_motion, is_periodic, periodic_motion, periods, settling_periods
+from identification.models.inputs import (
+    free_motion,
+    is_periodic,
+    motion_from,
+    periodic_motion,
+    periods,
+    settling_periods,
+)
 from identification.models.motion import Motion
 from identification.noise import between_periods, from_cycles, high_frequency
 from rigctl.runfile import Run
@@ -159,6 +167,42 @@ def record_from_run(run: Run) -> Record:
     if run.samples < _MIN_SAMPLES:
         raise DataError(f"{name}: only {run.samples} samples: at least {_MIN_SAMPLES} are needed")
     return _periodic(run, name) if is_periodic(run) else _free(run, name)
+
+
+def record_to_come(
+    displacement: Floats,
+    sample_rate_hz: float,
+    *,
+    current: Floats | None = None,
+    period: int = 0,
+    settle: int = 0,
+    sigma: float,
+    kind: str = "custom",
+) -> Record:
+    """The record that a run of this displacement (N,), m, and current, A, would give, without its force.
+
+    After `settle` periods of `period` samples it repeats; `sigma` is the noise that the force will have, N.
+    """
+    n = displacement.size
+    given = 0.0 if current is None else current
+    motion = motion_from(displacement, sample_rate_hz, current=given, period=period, settle=settle)
+    band = smooth_kinematics(displacement, sample_rate_hz).bandwidth_hz
+    window: Window = slice(settle * period, n)
+    if not period:
+        window = _moving(motion.v, np.zeros(n), _edge(sample_rate_hz, band, n))[0]
+    return Record(
+        name="to come",
+        motion=motion,
+        force=np.zeros(n),
+        window=window,
+        period=period,
+        sigma=sigma,
+        has_current=_varies(motion.i),
+        has_temperature=False,
+        route="no run yet",
+        bandwidth_hz=band,
+        kind=kind,
+    )
 
 
 def _periodic(run: Run, name: str) -> Record:

@@ -27,7 +27,8 @@ _STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:1180px;margin:2em 
 h1{font-size:1.5em;margin-bottom:.2em}h2{font-size:1.15em;margin-top:1.8em}.scroll{overflow-x:auto}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
 td,th{padding:.3em .6em;border-bottom:1px solid #ddd;text-align:right;vertical-align:top}th{background:#f6f6f6}
-td:first-child,th:first-child{text-align:left}td.best{font-weight:600;color:#00606f}td small{color:#555;display:block;font-weight:400;white-space:nowrap}
+td:first-child,th:first-child{text-align:left}td.best{font-weight:600;color:#00606f}
+td small{color:#555;display:block;font-weight:400;white-space:nowrap}
 td.word,th.word{text-align:left}
 td.failed{color:#a02c3c;text-align:left;font-size:.85em;max-width:20em}p.note{color:#555}
 i.dot{display:inline-block;width:.75em;height:.75em;border-radius:50%;margin-right:.45em}"""
