@@ -52,7 +52,10 @@ def comparison_html(comparison: Comparison) -> str:
     colours = {row.label: _COLOURS[k % len(_COLOURS)] for k, row in enumerate(rows)}
     count = f"{_counted(len(rows), 'model')} on {_counted(len(comparison.courses), 'run')}"
     figures = [courses(rows, comparison.courses, colours), cost_and_error(rows, colours)]
-    plots = [figure.to_html(full_html=False, include_plotlyjs=k == 0) for k, figure in enumerate(figures)]
+    plots = [
+        figure.to_html(full_html=False, include_plotlyjs=k == 0, div_id=f"figure-{k}")
+        for k, figure in enumerate(figures)
+    ]
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>Comparison of {count}</title>'
         f"<style>{_STYLE}</style></head><body><h1>Comparison of {count}</h1>{_in_short(rows)}"

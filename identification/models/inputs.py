@@ -95,8 +95,9 @@ def _check_period(samples: int, period: int, settle: int) -> None:
         raise DataError(f"period is {period} samples: it must be 0, or lie within [{_SHORTEST}, {samples}]")
     if period and samples % period:
         raise DataError(f"displacement has {samples} samples: no whole number of periods of {period}")
-    if not (settle == 0 or 0 < settle * period < samples):
-        raise DataError(f"settle is {settle}: a settled period must be left of {samples // max(period, 1)}")
+    count = samples // period if period else 1
+    if not 0 <= settle < count:
+        raise DataError(f"settle is {settle}: it must lie within [0, {count - 1}], to leave a settled period")
 
 
 def _check_repeats(name: str, series: Floats | None, period: int) -> None:
