@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -25,7 +24,6 @@ from api.cli.run import plan_of
 from api.run_formats import read_any, write_any
 from rigctl.runfile import Run, read_run, write_run
 
-ROOT = Path(__file__).parents[2]
 COMMAND = [sys.executable, "-m", "api.cli"]
 SINE = """
 sample_rate = 1000.0
@@ -171,85 +169,6 @@ def test_bad_input_is_status_2_and_one_line_and_leaves_nothing(
     assert said.err.startswith("damper-rig: ")
     assert all(word in said.err for word in words), said.err
     assert made(place) == before
-
-
-TAKE_A_MODEL = {
-    "simulate": ["simulate", "MODEL", "run.h5", "-o", "out.h5"],
-    "fit": ["fit", "MODEL", "run.h5", "-o", "out.json"],
-    "explain": ["explain", "MODEL", "run.h5", "-o", "report"],
-    "compare": ["compare", "MODEL", "--runs", "run.h5", "-o", "page.html"],
-    "autopilot": ["autopilot", "MODEL", "run.h5", "--rig", "modbus://127.0.0.1:9", "-o", "found"],
-    "design": ["design", "random-phase", "good.toml", "--envelope", "rig.toml", "--model", "MODEL", "-o", "out.h5"],
-}
-
-
-@pytest.mark.parametrize("command", TAKE_A_MODEL)
-@pytest.mark.parametrize(
-    ("file", "words"),
-    [
-        (
-            "unknown.json",
-            "unknown.json: kind is 'magic': this program reads 'physical'; a model of kind 'fmu' is a file",
-        ),
-        ("broken.json", "broken.json: line 1, column 2: no JSON"),
-        ("absent.json", "absent.json: can't be read"),
-        ("late.json", "late.json: format_version is 2: this program reads up to 1"),
-    ],
-)
-def test_every_command_that_takes_a_model_refuses_it_in_the_same_line(
-    place: Path,
-    command: str,
-    file: str,
-    words: str,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(place)
-    good = json.loads(Path("model.json").read_text())
-    Path("unknown.json").write_text(json.dumps({**good, "kind": "magic"}))
-    Path("late.json").write_text(json.dumps({**good, "format_version": 2}))
-    shutil.copy(ROOT / "examples" / "rig_25kn.toml", "rig.toml")
-    before = made(place)
-    assert main([file if word == "MODEL" else word for word in TAKE_A_MODEL[command]]) == 2
-    said = capsys.readouterr()
-    assert said.err.startswith(f"damper-rig: {words}")
-    assert (said.out, said.err.count("\n")) == ("", 1)
-    assert made(place) == before
-
-
-@pytest.mark.parametrize("command", ["fit", "autopilot", "design"])
-def test_a_command_that_needs_named_elements_refuses_an_fmu(
-    place: Path, command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(place)
-    Path("damper.fmu").write_bytes(b"")
-    shutil.copy(ROOT / "examples" / "rig_25kn.toml", "rig.toml")
-    assert main(["damper.fmu" if word == "MODEL" else word for word in TAKE_A_MODEL[command]]) == 2
-    line = "damper-rig: damper.fmu: kind is 'fmu': here a model of kind 'physical' is needed\n"
-    assert capsys.readouterr().err == line
-
-
-def test_compare_tells_models_apart_and_writes_one_page(
-    place: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(place)
-    Path("soft.json").write_text(Path("model.json").read_text().replace("700.0", "500.0"))
-    before = made(place)
-    given = ["compare", "soft.json", "model.json", "--runs", "run.h5", "run.h5", "-o", "page.html"]
-    assert main(given) == 0
-    told = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in told] == ["model", "model.json", "soft.json", "page.html"]
-    assert made(place) == before | {"page.html"}
-    assert main([*given, "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert [(m["model"], m["free_parameters"], len(m["runs"])) for m in data["models"]] == [
-        ("soft.json", 1, 2),
-        ("model.json", 1, 2),
-    ]
-    assert main(["simulate", "soft.json", "run.h5", "-o", "out.h5"]) == 0
-    capsys.readouterr()
-    assert main(["score", "out.h5"]) == 0
-    assert json.loads(capsys.readouterr().out)["rms"] == data["models"][0]["runs"][0]["rms"]
 
 
 def test_a_rig_that_does_not_answer_is_status_1_and_one_line(place: Path) -> None:

@@ -20,7 +20,9 @@ from identification.errors import DataError, ModelError, SimulationError
 from identification.fmu import Choice, Patience, open_fmu, with_fmu
 from identification.fmu.wiring import Variable, wired
 from identification.models import simulate_run
-from rigctl.runfile import Run, write_run
+from identification.physical.model import Model, element
+from identification.physical.modelfile import write_model
+from rigctl.runfile import Run, read_run, write_run
 from tests.conftest import missing
 
 SOURCE = Path(__file__).parent / "damper_fmu.c"
@@ -179,6 +181,28 @@ def test_an_effect_is_named_on_top_of_an_fmu_and_what_is_inside_it_is_out_of_rea
 def test_an_fmu_that_meets_the_data_leaves_no_discrepancy(fmu: Path) -> None:
     runs = with_fmu(fmu, [a_run(k, f, friction_n=0.0) for k, f in enumerate((1.0, 2.0, 4.0))])
     assert explain(None, runs).effects == ()
+
+
+def test_an_fmu_is_compared_with_a_physical_model(
+    fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_run(Path("run.h5"), a_run(1, 2.0, friction_n=0.0))
+    write_model("own.json", Model(name="own", elements=(element("viscous_damping", {"c": 600.0}),)))
+    given = ["compare", "own.json", str(fmu), "--runs", "run.h5", "-o", "page.html", "--json"]
+    assert main(given) == 0
+    own, foreign = json.loads(capsys.readouterr().out)["models"]
+    assert (foreign["kind"], foreign["parameters"], foreign["training_range"]) == ("fmu", None, "not stated")
+    assert foreign["rms"] == pytest.approx(0.5, rel=0.1)
+    assert own["rms"] > 5.0
+    assert foreign["cost_ns_per_sample"] > own["cost_ns_per_sample"]
+    assert main([*given, "--fmu-set", "fails_at=0.5", "--fmu-set", "how=0"]) == 0
+    failed = json.loads(capsys.readouterr().out)["models"][1]
+    assert failed["rms"] is None
+    assert "fails at t = 0.5" in failed["runs"][0]["failure"]
+    assert main(["simulate", str(fmu), "run.h5", "-o", "out.h5"]) == 0
+    [along] = with_fmu(fmu, [a_run(1, 2.0, friction_n=0.0)])
+    assert np.array_equal(read_run("out.h5").channels["force_simulated"], along.channels["force_simulated"])
 
 
 @pytest.mark.parametrize(
