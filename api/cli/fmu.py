@@ -45,7 +45,7 @@ def fmu_choice(
     if not (inputs or output or parameters):
         return None
     if not any(model.suffix.lower() == ".fmu" for model in models):
-        named = ", ".join(map(str, models))
+        named = ", ".join(map(str, models)) or "no model"
         raise InputError(f"{named}: --fmu-input, --fmu-output and --fmu-set go with a model that ends in .fmu")
     return Choice(
         inputs=_pairs("--fmu-input", inputs or ()), force=output, parameters=_pairs("--fmu-set", parameters or ())

@@ -50,6 +50,7 @@ TAKE_A_MODEL = {
     "fit": ["fit", "MODEL", "run.h5", "-o", "out.json"],
     "explain": ["explain", "MODEL", "run.h5", "-o", "report"],
     "compare": ["compare", "MODEL", "--runs", "run.h5", "-o", "page.html"],
+    "characterise": ["characterise", "run.h5", "--model", "MODEL", "-o", "sheet.html"],
     "autopilot": ["autopilot", "MODEL", "run.h5", "--rig", "modbus://127.0.0.1:9", "-o", "found"],
     "design": ["design", "random-phase", "good.toml", "--envelope", "rig.toml", "--model", "MODEL", "-o", "out.h5"],
 }
