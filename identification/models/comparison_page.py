@@ -88,10 +88,7 @@ def _models(rows: Sequence[Row], colours: dict[str, str]) -> str:
         cells = [
             _cell(_named(r.label, colours)),
             f"<td class=word>{escape(r.kind)}</td>",
-            *(
-                _cell(_figure(value, form), nearest)
-                for value, form in ((r.rms, ".4g"), (r.rrmsse, ".3g"), (r.fit, ".2f"))
-            ),
+            *(_cell(text, nearest) for text in (_rms(r), _figure(r.rrmsse, ".3g"), _figure(r.fit, ".2f"))),
             _cell(_figure(r.eearth, ".3f"), r.eearth is not None and -r.eearth == best["eearth"]),
             _cell(_figure(r.cost_ns, ",.0f"), r.cost_ns is not None and r.cost_ns == best["cost"]),
             _cell("not stated" if r.parameters is None else f"{r.free} of {r.parameters}"),
@@ -99,6 +96,12 @@ def _models(rows: Sequence[Row], colours: dict[str, str]) -> str:
         ]
         body += f"<tr>{''.join(cells)}</tr>"
     return f"<table><thead><tr>{_heads(head)}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _rms(row: Row) -> str:
+    """The error over all runs, or on how many runs there is none."""
+    failed = sum(cell.score is None for cell in row.cells)
+    return f"fails on {failed} of {_counted(len(row.cells), 'run')}" if failed else _figure(row.rms, ".4g")
 
 
 def _heads(heads: Sequence[str]) -> str:
@@ -164,7 +167,7 @@ def courses(rows: Sequence[Row], runs: Sequence[Course], colours: dict[str, str]
         measured = course.run.channels["force"][shown]
         curves = [("measured", measured, MEASURED, 0)]
         curves += [
-            (row.label, force[shown], colours[row.label], rank)
+            (escape(row.label), force[shown], colours[row.label], rank)
             for rank, row in reversed(list(enumerate(rows, start=1)))  # the best on top
             if (force := row.cells[k].force) is not None
         ]
@@ -209,9 +212,10 @@ def cost_and_error(rows: Sequence[Row], colours: dict[str, str]) -> go.Figure:
     figure = go.Figure()
     for row in rows:
         if row.rms is not None and row.cost_ns is not None:
+            name, marker = escape(row.label), {"size": 12, "color": colours[row.label]}
             figure.add_scatter(
-                x=[row.cost_ns], y=[row.rms], mode="markers+text", text=[row.label], textposition="top center",
-                name=row.label, showlegend=False, marker={"size": 12, "color": colours[row.label]},
+                x=[row.cost_ns], y=[row.rms], mode="markers+text", text=[name], textposition="top center",
+                cliponaxis=False, name=name, showlegend=False, marker=marker,
             )  # fmt: skip
     figure.update_xaxes(title="cost, ns a sample", type="log", dtick=1)
     figure.update_yaxes(title="rms of the error over all runs, N", rangemode="tozero")
