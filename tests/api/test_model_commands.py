@@ -88,7 +88,7 @@ def test_every_command_that_takes_a_model_refuses_it_in_the_same_line(
     assert made(place) == before
 
 
-@pytest.mark.parametrize("command", ["fit", "autopilot", "design"])
+@pytest.mark.parametrize("command", ["fit", "autopilot"])
 def test_a_command_that_needs_named_elements_refuses_an_fmu(
     place: Path, command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
