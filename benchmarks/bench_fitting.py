@@ -15,11 +15,12 @@ from benchmarks.hidden.case import case
 from identification.errors import ModelError, SimulationError
 from identification.fitting import fit
 from identification.fitting.frogs import frog_leaping
-from identification.fitting.leastsquares import fit_records, predict
+from identification.fitting.leastsquares import fit_records
 from identification.fitting.multistart import starts
 from identification.physical.literature import literature
 from identification.physical.model import Model
 from identification.physical.modelfile import model_from_json
+from identification.physical.predict import predict
 from identification.record import Record, record_from_run
 from rigctl.runfile import read_run
 

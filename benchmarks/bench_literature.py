@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from identification.fitting import Fit, fit_from_many, warnings
-from identification.fitting.leastsquares import predict
-from identification.measures import score_signals
+from identification.models.measures import score_signals
 from identification.physical.literature import LITERATURE, literature
+from identification.physical.predict import predict
 from identification.record import Record, record_from_run
 from rigctl.runfile import read_run
 

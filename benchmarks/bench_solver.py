@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.models.motion import Motion
 from identification.physical.accuracy import numerical_error
 from identification.physical.literature import literature
 from identification.physical.model import Model, element
-from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 
 Floats = NDArray[np.float64]

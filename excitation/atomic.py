@@ -1,4 +1,4 @@
-"""A file is there whole or not at all."""
+"""A file is on the disk whole, or not there: the one writer of every package."""
 
 from __future__ import annotations
 
@@ -7,22 +7,39 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from excitation.errors import ExcitationFileError
-
-__all__ = ["written_whole"]
+__all__ = ["sync_directory", "sync_file", "written_whole"]
 
 
 @contextmanager
-def written_whole(path: Path) -> Iterator[Path]:
-    """A temporary name beside ``path``, of the same ending, that takes its place when the block ends well.
+def written_whole(path: Path, refusal: type[Exception]) -> Iterator[Path]:
+    """A temporary name beside ``path``: forced to the disk and renamed where the block ends well, removed where not.
 
-    Raises ExcitationFileError where the folder cannot be written.
+    Raises ``refusal``, the error class of the caller's package, where the place cannot be written.
     """
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         yield temporary
+        sync_file(temporary)
         temporary.replace(path)
+        sync_directory(path.parent)
     except OSError as error:
-        raise ExcitationFileError(f"{path}: {error.strerror or error}: give a place that can be written") from error
+        reason = error.strerror or error
+        raise refusal(f"{path}: cannot be written ({reason}): give a place that can be written") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def sync_file(path: Path) -> None:
+    """Force a closed file to the disk."""
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
+
+
+def sync_directory(directory: Path) -> None:
+    """Force a rename to the disk, where the system can (Windows cannot)."""
+    if os.name == "posix":
+        handle = os.open(directory, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

@@ -49,7 +49,7 @@ def write_excitation(path: Path | str, excitation: Excitation) -> None:
     """
     path = Path(path)
     writer = _by_ending(path, _WRITERS)
-    with written_whole(path) as temporary:
+    with written_whole(path, ExcitationFileError) as temporary:
         writer(temporary, excitation)
 
 

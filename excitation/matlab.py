@@ -31,7 +31,7 @@ def write_mat(path: Path, excitation: Excitation) -> None:
     }
     if excitation.current_a is not None:
         variables["current_command"] = excitation.current_a
-    savemat(path, variables, oned_as="column", do_compression=True)
+    savemat(path, variables, oned_as="column", do_compression=True, appendmat=False)
 
 
 def read_mat(path: Path) -> Excitation:

@@ -46,7 +46,7 @@ def write_plan(path: Path | str, plan: TestPlan) -> None:
     writers = {".toml": _write_toml, ".csv": _write_csv, ".h5": _write_hdf5}
     if path.suffix.lower() not in writers:
         raise ExcitationFileError(f"{path}: the ending {path.suffix!r} is not known: use {', '.join(writers)}")
-    with written_whole(path) as temporary:
+    with written_whole(path, ExcitationFileError) as temporary:
         writers[path.suffix.lower()](temporary, plan)
 
 

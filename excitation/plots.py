@@ -14,6 +14,7 @@ from plotly.subplots import make_subplots
 from excitation.atomic import written_whole
 from excitation.coverage import coverage, cumulative_distribution
 from excitation.envelope import temperatures
+from excitation.errors import ExcitationFileError
 from excitation.motion import Motion, motion
 from excitation.plan import TestPlan
 from excitation.prediction import ForceModel, predict, specimen_force
@@ -53,7 +54,7 @@ def write_plots(
         figures = [plan_overview(made, envelope)]
     else:
         figures = _of_excitation(made, envelope, force_model)
-    with written_whole(path) as temporary:
+    with written_whole(path, ExcitationFileError) as temporary:
         temporary.write_text(_page(path.stem, figures), encoding="utf-8")
 
 

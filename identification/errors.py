@@ -2,9 +2,11 @@
 
 IdentificationError
 ├── ModelError          a model that is no model: unknown element, value outside its physical range, missing parameter
+│   └── ModelFileError  a model file that can't be read, written or used for what is asked of it
 ├── DataError           runs that can't be used for what is asked of them
 ├── SimulationError     the model can't run on this input
-└── ReportFileError     a file of a report that can't be drawn from
+├── ReportFileError     a file of a report that can't be drawn from
+└── OutputError         a page or a table that can't be written
 """
 
 
@@ -14,6 +16,10 @@ class IdentificationError(ValueError):
 
 class ModelError(IdentificationError):
     """A model description that is refused: what, where, the value, what would be right."""
+
+
+class ModelFileError(ModelError):
+    """A model file that is refused: damaged, of a kind that can't be used here, or a place that can't be written."""
 
 
 class DataError(IdentificationError):
@@ -26,3 +32,7 @@ class SimulationError(IdentificationError):
 
 class ReportFileError(IdentificationError):
     """A file of a report that can't be drawn from: what, where, what would be right."""
+
+
+class OutputError(IdentificationError):
+    """A page or a table that can't be written."""

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import predict
 from identification.noise import between_periods
 from identification.physical.model import Model
+from identification.physical.predict import predict
 from identification.record import ROUNDING, Record
 
 Floats = NDArray[np.float64]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_opening, uniform_filter1d
+from scipy.ndimage import binary_opening
 
 from identification.derivatives import (
     Kinematics,
@@ -15,22 +15,27 @@ from identification.derivatives import (
     band_of_force,
     low_pass,
     low_pass_lines,
-    periodic_kinematics,
     smooth_kinematics,
 )
 from identification.errors import DataError
+from identification.models.inputs import (
+    free_motion,
+    is_periodic,
+    motion_from,
+    periodic_motion,
+    periods,
+    settling_periods,
+)
+from identification.models.motion import Motion
 from identification.noise import between_periods, from_cycles, high_frequency
-from identification.physical.motion import Motion
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
 Window = slice | NDArray[np.int64]
 
-ROOM_TEMPERATURE_DEGC = 25.0  # where a run has none
 ROUNDING = 1e-6  # of rms force: the numbers of a noise-free record, and the solver that made them
 _MIN_SAMPLES = 64
 _REPEATABLE_FLOOR = 2e-4  # of rms force: no rig repeats itself, and no solver is exact, beyond this
-_SETTLED = 1.5  # a period is settled when it differs from those after it by no more than this multiple of the noise
 
 
 _OVERSAMPLED = 16.0  # samples for one cycle at the end of a band that the force has narrowed
@@ -161,65 +166,49 @@ def record_from_run(run: Run) -> Record:
             raise DataError(f"{name}: channel '{channel}' is frozen at {run.channels[channel][0]:g}: check its sensor")
     if run.samples < _MIN_SAMPLES:
         raise DataError(f"{name}: only {run.samples} samples: at least {_MIN_SAMPLES} are needed")
-    return _periodic(run, name) if _is_periodic(run) else _free(run, name)
+    return _periodic(run, name) if is_periodic(run) else _free(run, name)
 
 
-def motion_of(run: Run) -> Motion:
-    """Clean inputs of a run: its mean period repeated where it is periodic, a smoothed record where it is not."""
-    if _is_periodic(run):
-        return _periodic_motion(
-            run, _settling_periods(_periods(run, "force" if "force" in run.channels else "displacement"))
-        )[0]
-    return _free_motion(run)[0]
+def record_to_come(
+    displacement: Floats,
+    sample_rate_hz: float,
+    *,
+    current: Floats | None = None,
+    period: int = 0,
+    settle: int = 0,
+    sigma: float,
+    kind: str = "custom",
+) -> Record:
+    """The record that a run of this displacement (N,), m, and current, A, would give, without its force.
 
-
-def _is_periodic(run: Run) -> bool:
-    return run.period_samples >= 8 and run.samples >= 2 * run.period_samples
-
-
-def _periods(run: Run, channel: str) -> Floats:
-    count = run.samples // run.period_samples
-    return run.channels[channel][: count * run.period_samples].reshape(count, run.period_samples)
-
-
-def _periodic_motion(run: Run, drop: int) -> tuple[Motion, Kinematics]:
-    periods, period = _periods(run, "displacement")[drop:], run.period_samples
-    kinematics = periodic_kinematics(periods, run.sample_rate_hz)
-    index = np.arange((periods.shape[0] + drop) * period) % period
-    current = _periods(run, "current")[drop:].mean(axis=0) if "current" in run.channels else np.zeros(period)
-    motion = Motion(
-        dt=1.0 / run.sample_rate_hz,
-        x=kinematics.x[index],
-        v=kinematics.v[index],
-        a=kinematics.a[index],
-        i=current[index],
-        temperature=_temperature(run)[: index.size],
-        t=np.arange(index.size) / run.sample_rate_hz,
+    After `settle` periods of `period` samples it repeats; `sigma` is the noise that the force will have, N.
+    """
+    n = displacement.size
+    given = 0.0 if current is None else current
+    motion = motion_from(displacement, sample_rate_hz, current=given, period=period, settle=settle)
+    band = smooth_kinematics(displacement, sample_rate_hz).bandwidth_hz
+    window: Window = slice(settle * period, n)
+    if not period:
+        window = _moving(motion.v, np.zeros(n), _edge(sample_rate_hz, band, n))[0]
+    return Record(
+        name="to come",
+        motion=motion,
+        force=np.zeros(n),
+        window=window,
         period=period,
-        settle=drop,
+        sigma=sigma,
+        has_current=_varies(motion.i),
+        has_temperature=False,
+        route="no run yet",
+        bandwidth_hz=band,
+        kind=kind,
     )
-    return motion, kinematics
-
-
-def _free_motion(run: Run, bandwidth_hz: float | None = None) -> tuple[Motion, Kinematics]:
-    kinematics = smooth_kinematics(run.channels["displacement"], run.sample_rate_hz, bandwidth_hz)
-    current = run.channels.get("current")
-    motion = Motion(
-        dt=1.0 / run.sample_rate_hz,
-        x=kinematics.x,
-        v=kinematics.v,
-        a=kinematics.a,
-        i=current.copy() if current is not None else np.zeros(run.samples),
-        temperature=_temperature(run),
-        t=np.arange(run.samples) / run.sample_rate_hz,
-    )
-    return motion, kinematics
 
 
 def _periodic(run: Run, name: str) -> Record:
-    force = _periods(run, "force")
-    drop = _settling_periods(force)
-    motion, kinematics = _periodic_motion(run, drop)
+    force = periods(run, "force")
+    drop = settling_periods(force)
+    motion, kinematics = periodic_motion(run, drop)
     settled, period = force[drop:], run.period_samples
     narrow, limited, share = band_of_drive(kinematics, settled, run.sample_rate_hz), "", 1.0
     sigma, tones = high_frequency(settled.ravel()), list[float]()
@@ -264,7 +253,7 @@ def _free(run: Run, name: str) -> Record:
     rate, stride, share = run.sample_rate_hz, 1, 1.0
     steady = current is None or is_steady(current)
     narrow = band_of_force(x, force, rate) if steady else None
-    motion, kinematics = _free_motion(run, narrow)
+    motion, kinematics = free_motion(run, narrow)
     sigma, how = _noise_of(x, force, rate, kinematics.bandwidth_hz, steady)
     again = _again(motion, kinematics, 0)
     if narrow is not None:
@@ -320,27 +309,6 @@ def _moving(v: Floats, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...
     return np.flatnonzero(~rests), (
         f"{100 * share:.0f} % of it is at rest, where friction may hold any force: left out",
     )
-
-
-def _settling_periods(periods: Floats) -> int:
-    """How many leading periods are transient: the first always, then all that still differ from the last half."""
-    count = periods.shape[0]
-    late = periods[count // 2 :]
-    reference = late.mean(axis=0)
-    noise = float(np.sqrt(np.mean((late - reference) ** 2))) * np.sqrt(late.shape[0] / max(late.shape[0] - 1, 1))
-    drop = 1
-    while drop < count // 2 and np.sqrt(np.mean((periods[drop] - reference) ** 2)) > _SETTLED * noise * 1.5:
-        drop += 1
-    return drop
-
-
-def _temperature(run: Run) -> Floats:
-    """Body temperature without its sensor's noise, (N,), °C: a body of metal does not change within a second."""
-    raw = run.channels.get("temperature")
-    if raw is None:
-        return np.full(run.samples, ROOM_TEMPERATURE_DEGC)
-    width = max(3, min(int(run.sample_rate_hz), run.samples // 4))
-    return np.asarray(uniform_filter1d(raw, width, mode="nearest"))
 
 
 def is_off(current: Floats) -> bool:

@@ -13,9 +13,12 @@ from plotly.subplots import make_subplots
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import QhullError
 
+from excitation.atomic import written_whole
 from identification.datachecks import findings_in
-from identification.errors import DataError
+from identification.errors import DataError, OutputError
 from identification.force_velocity import ArctanCurve, arctan_fit, extremes
+from identification.models.protocol import SimulationModel
+from identification.models.simulation import SIMULATED, with_simulation
 from identification.steady import (
     Cycles,
     dynamic_stiffness,
@@ -24,7 +27,6 @@ from identification.steady import (
     loss_factor,
     steady_cycles,
 )
-from rigctl.durable import replacing
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -36,30 +38,61 @@ table{border-collapse:collapse;width:100%}td,th{padding:.25em .6em;border-bottom
 td:first-child,th:first-child{text-align:left}p.note{color:#555}"""
 
 
-def write_sheet(path: Path, runs: Sequence[Run]) -> list[dict[str, float | str | None]]:
+def write_sheet(
+    path: Path, runs: Sequence[Run], model: SimulationModel | None = None
+) -> list[dict[str, float | str | None]]:
     """Write the page, whole or not at all; returns the rows of its table.
+
+    With a `model` its loops and peak velocities stand beside the measured ones, dashed.
 
     Raises
     ------
     DataError
-        when no run is a steady sine.
+        when no run is a steady sine, or one lacks what the model needs.
+    SimulationError
+        when the model fails on a run.
     """
     found = [(run, steady_cycles(run)) for run in runs]
-    tests = sorted((c for _, c in found if c is not None), key=lambda c: (c.current or 0.0, c.peak_velocity_m_s))
+    tests = sorted((c for _, c in found if c is not None), key=_order)
     left_out = [_name(run) for run, cycles in found if cycles is None]
     if not tests:
         raise DataError(
             f"{', '.join(left_out) or 'no run'}: no steady sine: a characteristic needs whole cycles of one, "
             "and a force that moves"
         )
+    simulated = [] if model is None else _simulated(model, [run for run, cycles in found if cycles is not None])
     speeds, forces = extremes(tests)
     one_current = np.ptp([test.current or 0.0 for test in tests]) < 0.02
     curve = arctan_fit(speeds, forces) if speeds.size >= 8 and one_current else None
-    figures = [loops(tests), peak_velocity(tests, curve), continuous_velocity(tests), *maps(tests)]
+    figures = [
+        loops(tests, simulated),
+        peak_velocity(tests, curve, simulated),
+        continuous_velocity(tests),
+        *maps(tests),
+    ]
     seen = findings_in(runs)
-    with replacing(path) as temporary:
+    with written_whole(path, OutputError) as temporary:
         temporary.write_text(_page(tests, figures, curve, left_out, seen), encoding="utf-8")
-    return [row(test) for test in tests]
+    beside = {test.name: test for test in simulated}
+    return [row(test) | _simulated_row(beside.get(test.name), model) for test in tests]
+
+
+def _simulated(model: SimulationModel, runs: Sequence[Run]) -> list[Cycles]:
+    """The tests as the model gives them; without those on which its force stands still."""
+    found = [steady_cycles(run, SIMULATED) for run in with_simulation(model, runs)]
+    return [cycles for cycles in found if cycles is not None]
+
+
+def _simulated_row(test: Cycles | None, model: SimulationModel | None) -> dict[str, float | str | None]:
+    """What the model makes of a test; nothing without a model."""
+    if model is None:
+        return {}
+    force = None if test is None else test.loop()[2]
+    return {
+        "force_max_simulated": None if force is None else float(force.max()),
+        "force_min_simulated": None if force is None else float(force.min()),
+        "energy_per_cycle_simulated": None if test is None else energy_per_cycle(test),
+    }
 
 
 def row(test: Cycles) -> dict[str, float | str | None]:
@@ -79,15 +112,17 @@ def row(test: Cycles) -> dict[str, float | str | None]:
     }
 
 
-def loops(tests: Sequence[Cycles]) -> go.Figure:
-    """Force over displacement and over velocity, one closed loop for each test."""
+def loops(tests: Sequence[Cycles], simulated: Sequence[Cycles] = ()) -> go.Figure:
+    """Force over displacement and over velocity, one closed loop for each test; those of a model are dashed."""
     figure = make_subplots(rows=1, cols=2, subplot_titles=("force over displacement", "force over velocity"))
-    for number, test in enumerate(tests):
+    number = {test.name: k for k, test in enumerate(tests)}
+    for test, dash in [*((t, "solid") for t in tests), *((t, "dash") for t in simulated)]:
         x, v, force = (np.append(s, s[0]) for s in test.loop())
+        line = {"color": _COLOURS[number[test.name] % len(_COLOURS)], "width": 1.5, "dash": dash}
         for column, axis in ((1, 1e3 * x), (2, v)):
             figure.add_scattergl(
-                x=axis, y=force, mode="lines", name=_label(test), legendgroup=test.name, showlegend=column == 1,
-                line={"color": _COLOURS[number % len(_COLOURS)], "width": 1.5}, row=1, col=column,
+                x=axis, y=force, mode="lines", name=_label(test), legendgroup=test.name,
+                showlegend=column == 1 and dash == "solid", line=line, row=1, col=column,
             )  # fmt: skip
     figure.update_xaxes(title="displacement, mm", row=1, col=1)
     figure.update_xaxes(title="velocity, m/s", row=1, col=2)
@@ -95,7 +130,7 @@ def loops(tests: Sequence[Cycles]) -> go.Figure:
     return figure.update_layout(title="Loops", height=520, **_LAYOUT)
 
 
-def peak_velocity(tests: Sequence[Cycles], curve: ArctanCurve | None) -> go.Figure:
+def peak_velocity(tests: Sequence[Cycles], curve: ArctanCurve | None, simulated: Sequence[Cycles] = ()) -> go.Figure:
     """PVP: greatest and least force of each test over its greatest and least velocity, a line for each current."""
     figure = go.Figure()
     for number, (current, group) in enumerate(_by_current(tests)):
@@ -111,6 +146,14 @@ def peak_velocity(tests: Sequence[Cycles], curve: ArctanCurve | None) -> go.Figu
         v = np.linspace(-reach, reach, 400)
         name = f"(2/π)·arctan({curve.S:.3g} v)·{curve.F1:.4g} + {curve.d:.3g} v + {curve.F2:.3g}"
         figure.add_scatter(x=v, y=curve(v), mode="lines", name=name, line={"color": "#4d4d4d", "dash": "dot"})
+    for number, (_, group) in enumerate(_by_current(sorted(simulated, key=_order))):
+        speeds, forces = extremes(group)
+        order = np.argsort(speeds)
+        line = {"color": _COLOURS[number % len(_COLOURS)], "dash": "dash"}
+        figure.add_scatter(
+            x=speeds[order], y=forces[order], mode="markers+lines", name="model", showlegend=number == 0, line=line,
+            marker={"symbol": "x", "size": 7},
+        )  # fmt: skip
     figure.update_xaxes(title="peak velocity, m/s")
     figure.update_yaxes(title="force at the extremes, N")
     legend = {"orientation": "h", "y": -0.2}
@@ -175,6 +218,11 @@ def _surface(x: Floats, y: Floats, values: Floats) -> tuple[Floats, Floats, Floa
         return None
     across, up = np.linspace(x.min(), x.max(), 60), np.linspace(y.min(), y.max(), 60)
     return across, up, np.asarray(between(*np.meshgrid(across, up)))
+
+
+def _order(test: Cycles) -> tuple[float, float]:
+    """By current, then by speed."""
+    return test.current or 0.0, test.peak_velocity_m_s
 
 
 def _by_current(tests: Sequence[Cycles]) -> list[tuple[float | None, list[Cycles]]]:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.atomic import written_whole
+from excitation.errors import ExcitationFileError
 from excitation.hdf5 import write_hdf5
 from excitation.plan import Test
 from excitation.signal import JSON, Excitation
@@ -206,7 +207,7 @@ def write_drive(path: Path, iterated: Iterated) -> None:
 
     Raises ExcitationFileError where the place cannot be written.
     """
-    with written_whole(path) as temporary:
+    with written_whole(path, ExcitationFileError) as temporary:
         write_hdf5(temporary, iterated.drive)
         with h5py.File(temporary, "r+") as file:
             target = file.create_dataset("channels/displacement_target", data=iterated.target.displacement_m)

@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from excitation.atomic import written_whole
+from excitation.errors import ExcitationFileError
 from rigctl.iterate import Iterated
 
 __all__ = ["write_convergence"]
@@ -29,7 +30,7 @@ def write_convergence(path: Path, name: str, iterated: Iterated) -> None:
     ]
     title = escape(f"{name}: {iterated.outcome}, {100 * iterated.best.error:.2f} % rms")
     page = f'<!doctype html><meta charset="utf-8"><title>{title}</title><h1>{title}</h1>{"".join(parts)}'
-    with written_whole(path) as temporary:
+    with written_whole(path, ExcitationFileError) as temporary:
         temporary.write_text(page, encoding="utf-8")
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import h5py
 
-from rigctl.durable import sync_directory
+from excitation.atomic import sync_directory
 from rigctl.errors import RunFileError
 from rigctl.runfile import read_channel, read_run, run_from_attributes, write_run
 from rigctl.runwriter import PART_SUFFIX, lock_part

@@ -15,8 +15,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.atomic import written_whole
 from excitation.kinds import Kind
-from rigctl.durable import replacing
 from rigctl.errors import RunFileError
 
 FORMAT = "damper-rig/run"
@@ -317,7 +317,10 @@ def _events(file: h5py.File) -> tuple[tuple[float, str], ...]:
 
 def write_run(path: str | os.PathLike[str], run: Run) -> None:
     """Write one run file under a temporary name, force it to the disk, rename it: no half file ever stays."""
-    with replacing(Path(path)) as temporary, h5py.File(temporary, "w", libver=("earliest", "v110")) as file:
+    with (
+        written_whole(Path(path), RunFileError) as temporary,
+        h5py.File(temporary, "w", libver=("earliest", "v110")) as file,
+    ):
         write_attributes(file, run)
         file.attrs["samples"] = run.samples
         for name, values in run.channels.items():

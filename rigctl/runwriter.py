@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from rigctl.durable import sync_directory, sync_file
+from excitation.atomic import sync_directory, sync_file
 from rigctl.errors import RunFileError
 from rigctl.priority import drop_priority
 from rigctl.runfile import (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from excitation.atomic import written_whole
 from sim_rig.effects import EFFECTS, LISTED, Scale, hidden, refusal
 from sim_rig.errors import SpecimenError
 from sim_rig.parameters import Damper
@@ -111,11 +111,5 @@ def write_truth(truth: Truth, path: Path) -> None:
         ],
         "damper": truth.damper._asdict(),
     }
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
+    with written_whole(path, SpecimenError) as temporary:
         temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-        temporary.replace(path)
-    except OSError as error:
-        raise SpecimenError(f"{path}: the truth cannot be written there ({error})") from error
-    finally:
-        temporary.unlink(missing_ok=True)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 __all__ = ["spread"]
 
-SEVERAL = ("--held-out", "--hide", "--fault", "--interlock")
+SEVERAL = ("--held-out", "--runs", "--hide", "--fault", "--interlock")
 
 
 def spread(arguments: Sequence[str]) -> list[str]:

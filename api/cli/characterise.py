@@ -7,26 +7,38 @@ from typing import Annotated
 
 import typer
 
+from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
+
 __all__ = ["characterise"]
 
 
 def characterise(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="Sine tests of one damper.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="SHEET.html", help="One page that opens offline.")],
+    model: Annotated[
+        Path | None, typer.Option("--model", metavar="MODEL", help="A model beside the tests: .json or .fmu.")
+    ] = None,
+    fmu_input: FmuInput = None,
+    fmu_output: FmuOutput = "",
+    fmu_set: FmuSet = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON, SI units.")] = False,
 ) -> None:
     """Loops, PVP and CVP curves, dynamic stiffness and loss factor of sine tests.
 
     Example: damper-rig characterise runs/*.h5 -o sheet.html
     """
-    from api.cli.terminal import answer, warn
+    from api.cli.terminal import answer, progress_bar, warn
     from api.errors import InputError
+    from identification.models import load_model
     from identification.sheet import write_sheet
     from rigctl.runfile import read_run
 
     if output.suffix != ".html":
         raise InputError(f"{output}: the sheet is a web page: end its name in .html")
+    given = fmu_choice([] if model is None else [model], fmu_input, fmu_output, fmu_set)
+    beside = None if model is None else load_model(model, given)
     measured = [read_run(path) for path in runs]
     warn(measured)
-    rows = write_sheet(output, measured)
+    with progress_bar("characterising"):
+        rows = write_sheet(output, measured, beside)
     answer(f"{output}: {len(rows)} tests", {"file": str(output), "tests": rows}, as_json=as_json)

@@ -9,6 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
+from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
+
 __all__ = ["explain", "in_words"]
 
 
@@ -25,47 +27,38 @@ def explain(
     simulated: Annotated[
         bool, typer.Option("--simulated", help="No MODEL.json: the runs hold your simulation, channel force_simulated.")
     ] = False,
-    fmu_input: Annotated[
-        list[str] | None,
-        typer.Option(metavar="CHANNEL=VARIABLE", help="Input of the FMU that a channel drives; can be repeated."),
-    ] = None,
-    fmu_output: Annotated[
-        str, typer.Option(metavar="VARIABLE", help="The damper's force among the FMU's outputs; -VARIABLE reverses it.")
-    ] = "",
-    fmu_set: Annotated[
-        list[str] | None, typer.Option(metavar="VARIABLE=VALUE", help="Parameter of the FMU; can be repeated.")
-    ] = None,
+    fmu_input: FmuInput = None,
+    fmu_output: FmuOutput = "",
+    fmu_set: FmuSet = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
     """Find where simulation and measurement disagree, name the missing effect, add it, show the gap shrink.
 
     Example: damper-rig explain model.json runs/*.h5 --held-out check.h5 -o report
     """
-    from api.cli.fmu import fmu_choice
     from api.cli.terminal import answer, progress_bar, warn
     from identification.discrepancy import explain as explain_gap
     from identification.discrepancy import report_data, write_report
-    from identification.physical.modelfile import read_model
+    from identification.discrepancy.foreign import as_base
+    from identification.models import load_model
     from rigctl.runfile import read_run
 
     paths = [model, *(runs or [])] if simulated else runs or []
     if not paths:
         raise typer.BadParameter("give at least one measured run", param_hint="RUN.h5 ...")
-    foreign = None if simulated else fmu_choice(model, fmu_input or [], fmu_output, fmu_set or [])
-    base = None if simulated or foreign else read_model(model)
+    given = None if simulated else load_model(model, fmu_choice([model], fmu_input, fmu_output, fmu_set))
     measured = [read_run(path) for path in paths]
     kept = [read_run(path) for path in held_out or []]
-    if foreign is not None:
-        from identification.fmu import with_fmu
-
+    base = None
+    if given is not None:
         with progress_bar("simulating") as tell:
-            driven = with_fmu(model, [*measured, *kept], foreign, on_progress=tell)
+            base, driven = as_base(given, [*measured, *kept], on_progress=tell)
         measured, kept = driven[: len(measured)], driven[len(measured) :]
     with progress_bar("explaining") as tell:
         found = explain_gap(base, measured, kept or None, on_progress=lambda text, done: tell(done, text))
     warn([*measured, *kept])  # now that they are accepted: what is refused is told in one line
-    given = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "--fmu-output": [fmu_output]}
-    write_report(found, output, reproduce=_command([model, *(runs or [])], given, output, simulated=simulated))
+    options = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "--fmu-output": [fmu_output]}
+    write_report(found, output, reproduce=_command([model, *(runs or [])], options, output, simulated=simulated))
     report = report_data(found)
     answer("\n".join([*in_words(report), str(output / "report.html")]), report, as_json=as_json)
 

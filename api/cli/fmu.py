@@ -4,24 +4,52 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 if TYPE_CHECKING:
-    from identification.fmu import Choice
+    from identification.models import Choice
 
-__all__ = ["fmu_choice"]
+__all__ = ["FmuInput", "FmuOutput", "FmuSet", "fmu_choice"]
+
+FmuInput = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--fmu-input",
+        metavar="CHANNEL=VARIABLE",
+        help="Input of the FMU that a channel drives; can be repeated.",
+    ),
+]
+FmuOutput = Annotated[
+    str,
+    typer.Option(
+        "--fmu-output",
+        metavar="VARIABLE",
+        help="The damper's force among the FMU's outputs; -VARIABLE reverses it.",
+    ),
+]
+FmuSet = Annotated[
+    list[str] | None,
+    typer.Option("--fmu-set", metavar="VARIABLE=VALUE", help="Parameter of the FMU; can be repeated."),
+]
 
 
-def fmu_choice(model: Path, inputs: Sequence[str], output: str, parameters: Sequence[str]) -> Choice | None:
-    """The choice for a model that is an FMU, None for another; raises InputError or ModelError."""
+def fmu_choice(
+    models: Sequence[Path], inputs: Sequence[str] | None, output: str, parameters: Sequence[str] | None
+) -> Choice | None:
+    """What was said, None where nothing was; raises InputError or ModelError."""
     from api.errors import InputError
-    from identification.fmu import Choice
+    from identification.models import Choice
 
-    if model.suffix.lower() == ".fmu":
-        return Choice(inputs=_pairs("--fmu-input", inputs), force=output, parameters=_pairs("--fmu-set", parameters))
-    if inputs or output or parameters:
-        raise InputError(f"{model}: --fmu-input, --fmu-output and --fmu-set go with a model that ends in .fmu")
-    return None
+    if not (inputs or output or parameters):
+        return None
+    if not any(model.suffix.lower() == ".fmu" for model in models):
+        named = ", ".join(map(str, models)) or "no model"
+        raise InputError(f"{named}: --fmu-input, --fmu-output and --fmu-set go with a model that ends in .fmu")
+    return Choice(
+        inputs=_pairs("--fmu-input", inputs or ()), force=output, parameters=_pairs("--fmu-set", parameters or ())
+    )
 
 
 def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:

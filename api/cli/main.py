@@ -13,6 +13,7 @@ import typer
 from api.cli.arguments import spread
 from api.cli.autopilot import autopilot
 from api.cli.characterise import characterise
+from api.cli.compare import compare
 from api.cli.convert import convert
 from api.cli.demo import demo
 from api.cli.design import design
@@ -47,6 +48,7 @@ app.command()(recover)
 app.command()(fit)
 app.command()(simulate)
 app.command()(score)
+app.command()(compare)
 app.command()(explain)
 app.command()(report)
 app.command()(autopilot)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from api.errors import InputError, one_line
-from rigctl.durable import replacing
+from excitation.atomic import written_whole
 from rigctl.errors import RunFileError
 from rigctl.runfile import UNIT_SPELLINGS, Run, read_run, write_run
 
@@ -107,7 +107,7 @@ def _write_csv(path: Path, run: Run) -> None:
     """A column for each channel; the two last columns hold what columns of samples cannot say."""
     names = list(run.channels)
     columns = [run.channels[name].tolist() for name in names]
-    with replacing(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+    with written_whole(path, RunFileError) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
         out.writerow([_TIME, *(f"{name} ({run.units[name]})" for name in names), *_EXTRA])
         more = chain(_properties(run).items(), repeat(("", "")))
@@ -164,7 +164,7 @@ def _write_mat(path: Path, run: Run) -> None:
         "properties": _properties(run),
     }
     try:
-        with replacing(path) as temporary:
+        with written_whole(path, RunFileError) as temporary:
             savemat(temporary, {"run": content}, appendmat=False, do_compression=True, long_field_names=True)
     except ValueError as error:
         raise InputError(f"{path}: this run does not fit into a MAT file: {one_line(error)}") from error

@@ -19,7 +19,7 @@ def score(
     """
     import json
 
-    from identification.measures import score as figures_of
+    from identification.models.measures import score as figures_of
     from rigctl.runfile import read_run
 
     print(json.dumps(figures_of(read_run(run))))

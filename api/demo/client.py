@@ -9,7 +9,8 @@ from typing import Any
 
 import httpx
 
-from api.errors import ProcessError, one_line
+from api.errors import InputError, ProcessError, one_line
+from excitation.atomic import written_whole
 
 __all__ = ["Client"]
 
@@ -45,9 +46,8 @@ class Client:
 
     def fetch(self, path: str, to: Path) -> None:
         """Download a run file, whole or not at all."""
-        temporary = to.with_name(f".{to.name}.part")
-        temporary.write_bytes(self._call("GET", path).content)
-        temporary.replace(to)
+        with written_whole(to, InputError) as temporary:
+            temporary.write_bytes(self._call("GET", path).content)
 
     def _until_ended(self, campaign_id: str, within_s: float, tell: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
         ends = time.monotonic() + within_s

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from api.demo.demonstration import Demonstration, Finding
-from rigctl.durable import replacing
+from api.errors import InputError
+from excitation.atomic import written_whole
 
 __all__ = ["gap_rows", "words_of", "write_index"]
 
@@ -57,7 +58,7 @@ def gap_rows(finding: Finding) -> list[tuple[str, float]]:
 
 def write_index(demonstration: Demonstration, path: Path) -> None:
     """Write the page whole or not at all; it opens offline and links the two reports beside it."""
-    with replacing(path) as temporary:
+    with written_whole(path, InputError) as temporary:
         temporary.write_text(_page(demonstration, path.parent), encoding="utf-8")
 
 

@@ -75,11 +75,15 @@ def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
 
 
 def _read(task: Task) -> tuple[Model | None, Sequence[Run], Sequence[Run] | None]:
-    from identification.physical.modelfile import model_from_json
+    from identification.discrepancy.foreign import as_base
+    from identification.models import model_from_json
     from rigctl.runfile import read_run
 
-    model = None if task.request["model"] is None else model_from_json(task.request["model"])
-    return model, [read_run(path) for path in task.runs], [read_run(path) for path in task.held_out] or None
+    runs, held_out = ([read_run(path) for path in paths] for paths in (task.runs, task.held_out))
+    if task.request["model"] is None:
+        return None, runs, held_out or None
+    model, driven = as_base(model_from_json(task.request["model"]), [*runs, *held_out])
+    return model, driven[: len(runs)], driven[len(runs) :] or None
 
 
 def _command(request: Mapping[str, Any]) -> str:
@@ -92,7 +96,12 @@ def _command(request: Mapping[str, Any]) -> str:
 EXPLAIN = Kind(
     name="explain",
     request=ExplainRequest,
-    files={"report.json": "application/json", "report.html": "text/html", "model.json": "application/json"},
+    files={
+        "report.json": "application/json",
+        "report.html": "text/html",
+        "model.json": "application/json",
+        "evidence.h5": "application/x-hdf5",
+    },
     check=_check,
     run=_run,
 )

@@ -65,11 +65,13 @@ class FitRequest:
 
 
 def _check(task: Task) -> None:
-    from identification.fitting.admission import admit, check_inputs
+    from identification.fitting.admission import admit
+    from identification.models.simulation import check_inputs
     from identification.record import record_from_run
 
     model, runs = _read(task)
-    check_inputs(model, runs)
+    for run in runs:
+        check_inputs(model, run)
     admit(model, [record_from_run(run) for run in runs])
 
 
@@ -95,10 +97,13 @@ def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
 
 
 def _read(task: Task) -> tuple[Model, list[Run]]:
-    from identification.physical.modelfile import model_from_json
+    from identification.models import model_from_json
+    from identification.physical.model import Model
     from rigctl.runfile import read_run
 
-    return model_from_json(task.request["model"]), [read_run(path) for path in task.runs]
+    model = model_from_json(task.request["model"], only=("physical",))
+    assert isinstance(model, Model)  # the only kind that was asked for
+    return model, [read_run(path) for path in task.runs]
 
 
 FIT = Kind(name="fit", request=FitRequest, files={"model.json": "application/json"}, check=_check, run=_run)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from identification.errors import ModelError
-from identification.physical.modelfile import model_from_json
+from identification.models import model_from_json
 
 __all__ = ["check_model", "model_name"]
 

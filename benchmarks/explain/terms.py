@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.fitting.leastsquares import predict
 from identification.physical.model import Model
+from identification.physical.predict import predict
 from identification.record import Record
 
 Floats = NDArray[np.float64]

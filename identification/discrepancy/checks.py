@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import DataError
-from identification.fitting.leastsquares import predict
 from identification.physical.model import Model
+from identification.physical.predict import predict
 from identification.record import Record
 from rigctl.runfile import Run
 

@@ -14,8 +14,8 @@ from identification.discrepancy.naming import Search
 from identification.discrepancy.strength import seen_by, spread_of, without_the_oddest
 from identification.discrepancy.trials import CURVES, allowance, complexity
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import predict
 from identification.physical.model import Model
+from identification.physical.predict import predict
 from identification.record import Record
 
 Floats = NDArray[np.float64]

@@ -8,8 +8,9 @@ from contextlib import suppress
 import numpy as np
 
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import Fit, predict
+from identification.fitting.leastsquares import Fit
 from identification.physical.model import Model
+from identification.physical.predict import predict
 from identification.record import Record
 
 FORM_TOLERANCE = 0.06

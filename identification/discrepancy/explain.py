@@ -15,10 +15,11 @@ from identification.discrepancy.notes import coarse, finer, of_runs, tared_apart
 from identification.discrepancy.preparation import prepared
 from identification.discrepancy.search import search
 from identification.discrepancy.verdict import SearchResult, in_doubt, judge, uphold
-from identification.fitting.leastsquares import Fit, fit_records, predict
+from identification.fitting.leastsquares import Fit, fit_records
 from identification.motion_noise import with_motion_noise
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model
+from identification.physical.predict import predict
 from identification.record import Record, compact, noise_without, same_load_cell
 from rigctl.runfile import Run
 

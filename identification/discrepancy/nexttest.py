@@ -16,12 +16,12 @@ from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import orthonormal
 from identification.discrepancy.trials import Trial
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import evaluate, free_parameters, predict
+from identification.fitting.leastsquares import evaluate, free_parameters
 from identification.fitting.parallel import side_by_side
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model
-from identification.record import Record, compact, record_from_run
-from rigctl.runfile import Run
+from identification.physical.predict import predict
+from identification.record import Record, compact, record_to_come
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -200,19 +200,17 @@ def _worth(best: Model, rival: Model, known: _Known, new: Record) -> float | Non
 def _imagined(config: Mapping[str, Any], records: Sequence[Record]) -> Record:
     """The record that a run of the design would give, without its force."""
     excitation = test_from_config(dict(config)).excitation
-    n = excitation.samples
-    zeros = np.zeros(n)
-    channels = {"displacement": excitation.displacement_m, "force": np.sin(np.arange(n))}
-    channels["current"] = excitation.current_a if excitation.current_a is not None else zeros
-    units = {"displacement": "m", "force": "N", "current": "A"}
-    record = record_from_run(
-        Run(
-            run_id="next", created="2000-01-01T00:00:00+00:00", specimen="", sample_rate_hz=excitation.sample_rate_hz,
-            period_samples=excitation.period_samples, excitation_kind=str(excitation.kind), status="complete",
-            channels=channels, units=units, design=None, events=(), path=None,
-        )
-    )  # fmt: skip
+    period = excitation.period_samples if excitation.samples >= 2 * excitation.period_samples else 0
     noise = float(np.median([r.sigma for r in records]))
+    record = record_to_come(
+        excitation.displacement_m,
+        excitation.sample_rate_hz,
+        current=excitation.current_a,
+        period=period,
+        settle=int(config.get("settling_cycles", 1)) if period else 0,
+        sigma=noise,
+        kind=str(excitation.kind),
+    )
     return replace(compact(record), sigma=noise)
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from excitation.atomic import written_whole
 from excitation.plan import plan_from_config
 from excitation.plan_files import write_plan
 from identification.discrepancy.curves import page_data
 from identification.discrepancy.explanation import Explanation, report_data
+from identification.errors import OutputError
 from identification.physical.modelfile import write_model
 from identification.report import draw_report, write_evidence
-from rigctl.durable import replacing
 
 
 def write_report(explanation: Explanation, directory: Path, *, reproduce: str = "") -> Path:
@@ -26,7 +27,7 @@ def write_report(explanation: Explanation, directory: Path, *, reproduce: str = 
         write_plan(directory / "next_test.toml", plan_from_config({"tests": [dict(design)]}))
     write_model(directory / "model.json", explanation.model)
     write_evidence(directory / "evidence.h5", page_data(explanation, reproduce=reproduce))
-    with replacing(directory / "report.json") as temporary:
+    with written_whole(directory / "report.json", OutputError) as temporary:
         data = json.dumps(report_data(explanation), indent=2, ensure_ascii=False, allow_nan=False)
         temporary.write_text(data + "\n", encoding="utf-8")
     return draw_report(directory)

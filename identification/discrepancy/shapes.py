@@ -11,8 +11,8 @@ from identification.discrepancy.explanation import Explanation
 from identification.discrepancy.naming import Compared
 from identification.discrepancy.where import variables
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import predict
 from identification.physical.model import Model
+from identification.physical.predict import predict
 from identification.record import Record, compact
 from identification.report.page_data import Shape
 

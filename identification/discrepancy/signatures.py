@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import Evaluation, evaluate, free_parameters, predict
+from identification.fitting.leastsquares import Evaluation, evaluate, free_parameters
 from identification.fitting.parallel import side_by_side
 from identification.physical.model import Element, Model
+from identification.physical.predict import predict
 from identification.record import Record
 
 Floats = NDArray[np.float64]

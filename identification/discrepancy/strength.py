@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from identification.discrepancy.signatures import orthonormal
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import evaluate, free_parameters, predict
+from identification.fitting.leastsquares import evaluate, free_parameters
 from identification.physical.model import Model
+from identification.physical.predict import predict
 from identification.record import Record
 
 Floats = NDArray[np.float64]

@@ -23,7 +23,8 @@ from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import tangent
 from identification.discrepancy.where import Region, locate
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import Fit, fit_records, predict
+from identification.fitting.leastsquares import Fit, fit_records
+from identification.physical.predict import predict
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model
 from identification.record import Record

@@ -1,4 +1,4 @@
-"""What is refused before a fit begins: runs that cannot drive the model, and too few conditions for its parameters."""
+"""What is refused before a fit begins: nothing to fit, and too few conditions for the parameters."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ import numpy as np
 
 from identification.errors import DataError
 from identification.fitting.leastsquares import free_parameters
-from identification.physical.model import Model, is_controlled
+from identification.physical.model import Model
 from identification.record import Record, is_off, is_steady
-from rigctl.runfile import Run
 
 _OF_A_SINE = 8  # parameters: two of the first harmonic, and what its few upper harmonics still tell apart
 _SAME = 0.05  # two sines closer than this in frequency, amplitude and current are one condition
@@ -30,18 +29,6 @@ def admit(model: Model, records: Sequence[Record]) -> None:
             f"{int(free.sum())} free parameters ({named}) on {conditions} sine{'s' * (conditions > 1)}: one sine tells "
             f"at most {_OF_A_SINE} apart; add tests of other amplitudes, frequencies or currents, or fix some of them"
         )
-
-
-def check_inputs(model: Model, runs: Sequence[Run]) -> None:
-    """Raise DataError, one line that names the run and the element, where a run cannot drive the model.
-
-    A run at zero current has one; a run without the channel has none.
-    """
-    users = [e for e in model.elements if e.spec.needs_current or is_controlled(e)]
-    for run in runs:
-        if users and "current" not in run.channels:
-            name = run.path.name if run.path is not None else run.run_id
-            raise DataError(f"{name} has no control current, which '{users[0].name}' needs: record it or leave it out")
 
 
 def _sine(record: Record) -> tuple[float, float, float] | None:

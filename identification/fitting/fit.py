@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from identification.errors import DataError
-from identification.fitting.admission import admit, check_inputs
+from identification.fitting.admission import admit
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.multistart import fit_from_many
 from identification.fitting.refine import refine_curves
+from identification.models.simulation import check_inputs
 from identification.physical.model import Model
 from identification.record import record_from_run
 from rigctl.runfile import Run
@@ -43,7 +44,8 @@ def fit(
         raise DataError(f"starts is {starts}: it must be 1 or more")
     if robust is not None and not robust > 0.0:
         raise DataError(f"robust is {robust:g}: it must be above 0 noise deviations")
-    check_inputs(model, runs)
+    for run in runs:
+        check_inputs(model, run)
     records = [record_from_run(r) for r in runs]
     admit(model, records)
     if starts > 1:

@@ -1,36 +1,22 @@
-"""The force of an FMU along runs, simulated in a process of its own: its code is foreign, and may crash."""
+"""What the process of an FMU does: read its description, connect its variables, simulate it along a motion."""
 
 from __future__ import annotations
 
-import os
-import signal
-import tempfile
-from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from importlib.util import find_spec
-from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.errors import DataError, IdentificationError, ModelError, SimulationError
-from identification.fmu.wiring import DIMENSIONS, Choice, Variable, Wire, Wiring, wired
-from identification.physical.motion import Motion
-from identification.record import motion_of
-from rigctl.runfile import Run, with_channel
+from identification.errors import ModelError, SimulationError
+from identification.fmu.wiring import DIMENSIONS, Variable, Wiring, wired
+from identification.models.choice import Choice
 
 Floats = NDArray[np.float64]
-Answer = TypeVar("Answer")
 
 _TOLERANCE = 1e-8  # of the solver of model exchange: its default of 1e-4 is a lag of most of a millisecond
 SUBSTEPS = 4  # of a sample: an input is held through each, which delays what integrates it by half of one
-START_S = 120.0  # for the other process to start, and to read the FMU
-PATIENCE_S = 600.0  # for one run, or, where that is longer, so many times as long as it took on the rig:
-SLOWNESS = 100.0
 _SPELLED = {  # unit: what it measures, SI units in one, offset
     "m": ("displacement", 1.0, 0.0), "mm": ("displacement", 1e-3, 0.0), "cm": ("displacement", 1e-2, 0.0),
     "m/s": ("velocity", 1.0, 0.0), "mm/s": ("velocity", 1e-3, 0.0), "m/s2": ("acceleration", 1.0, 0.0),
@@ -39,70 +25,11 @@ _SPELLED = {  # unit: what it measures, SI units in one, offset
 }  # fmt: skip
 
 
-def with_fmu(
-    path: Path,
-    runs: Sequence[Run],
-    choice: Choice | None = None,
-    *,
-    on_progress: Callable[[float, str], None] | None = None,
-) -> list[Run]:
-    """The runs with a channel `force_simulated`: what the FMU answers to their motion, current and temperature.
-
-    Raises
-    ------
-    ModelError
-        when the file is no FMU that can be used here, or its variables can't be told.
-    DataError
-        when a run lacks a channel that drives the FMU.
-    SimulationError
-        when the FMU fails on a run.
-    """
-    say = on_progress or (lambda done, text: None)
-    if find_spec("fmpy") is None:
-        raise ModelError(f"{path}: FMUs need the package fmpy: pip install 'damper-rig[fmu]'")
-    with tempfile.TemporaryDirectory(prefix="fmu-") as folder:
-        said = Path(folder) / "said"
-        said.touch()
-        with ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_quiet, initargs=(said,)) as pool:
-            try:
-                pid = pool.submit(os.getpid).result(START_S)
-                wiring = _within(START_S, pool.submit(_opened, path, choice or Choice()), pid, f"{path}: opening it")
-                return [_with_force(pool, pid, path, wiring, run, say, k / len(runs)) for k, run in enumerate(runs)]
-            except BrokenProcessPool as error:
-                raise SimulationError(f"{path}: the FMU crashed{_last_words(said)}") from error
-            except IdentificationError as error:
-                text = str(error)
-                raise type(error)(
-                    f"{text}{_last_words(said)}" if isinstance(error, SimulationError) else text
-                ) from error
-
-
-def _within(seconds: float, answer: Future[Answer], pid: int, doing: str) -> Answer:
-    """What the other process answers; one that is stuck in foreign code is ended, and SimulationError raised."""
-    try:
-        return answer.result(seconds)
-    except TimeoutError as error:
-        os.kill(pid, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
-        raise SimulationError(f"{doing} took more than {seconds:g} s: is it stuck?") from error
-
-
-def _quiet(said: Path) -> None:
-    """What foreign code prints goes into a file: standard output belongs to the answer."""
-    handle = os.open(said, os.O_WRONLY | os.O_APPEND)
-    os.dup2(handle, 1)
-    os.dup2(handle, 2)
-
-
-def _last_words(said: Path) -> str:
-    lines = said.read_text(encoding="utf-8", errors="replace").split("\n")
-    last = [line.strip() for line in lines if line.strip()]
-    return f" (it said: {last[-1][:160]})" if last else ""
-
-
-def _opened(path: Path, choice: Choice) -> Wiring:
+def opened(asked: tuple[Path, Choice]) -> Wiring:
     """In the other process: read the description and connect it; raises ModelError."""
     import fmpy
 
+    path, choice = asked
     try:
         description = fmpy.read_model_description(path)
         platforms = fmpy.supported_platforms(path)
@@ -148,50 +75,16 @@ def _spelled(name: str, unit: str) -> Variable:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Task:
+class Task:
     """One run for the other process: time from 0 in steps of `dt`, a row of values for every wire."""
 
     path: Path
     wiring: Wiring
     dt: float
     values: tuple[Floats, ...]
-    label: str
 
 
-def _with_force(
-    pool: ProcessPoolExecutor,
-    pid: int,
-    path: Path,
-    wiring: Wiring,
-    run: Run,
-    say: Callable[[float, str], None],
-    done: float,
-) -> Run:
-    label = run.path.name if run.path is not None else run.run_id
-    say(done, f"{path.name} on {label}")
-    for wire in wiring.inputs:
-        needed = wire.channel if wire.channel in ("current", "temperature") else "displacement"
-        if needed not in run.channels:
-            raise DataError(f"{label}: no channel '{needed}', which drives input '{wire.variable.name}' of {path.name}")
-    motion = motion_of(run)
-    values = tuple(_given(wire, motion) for wire in wiring.inputs)
-    task = _Task(path=path, wiring=wiring, dt=motion.dt, values=values, label=label)
-    patience = max(PATIENCE_S, SLOWNESS * run.samples / run.sample_rate_hz)
-    force = _within(patience, pool.submit(_forces, task), pid, f"{label}: {path.name}")
-    if force.size < run.samples:  # a periodic run that ends within a period goes on as its periods do
-        force = np.concatenate([force, np.resize(force[-motion.period :], run.samples - force.size)])
-    return with_channel(run, "force_simulated", force, "N")
-
-
-def _given(wire: Wire, motion: Motion) -> Floats:
-    """What the variable is given, in its unit."""
-    factor, offset = wire.gain()
-    rows = dict(zip(("displacement", "velocity", "acceleration"), (motion.x, motion.v, motion.a), strict=True))
-    row = rows.get(wire.channel, motion.i if wire.channel == "current" else motion.temperature)
-    return np.asarray((row - offset) / factor, dtype=np.float64)
-
-
-def _forces(task: _Task) -> Floats:
+def forces(task: Task) -> Floats:
     """In the other process: force of the FMU at every sample, N."""
     import fmpy
 
@@ -224,13 +117,11 @@ def _forces(task: _Task) -> Floats:
             remote_platform=None,
         )
     except Exception as error:  # fmpy and foreign code raise anything
-        raise SimulationError(
-            f"{task.label}: {task.path.name} fails at t = {reached[0]:.6g} s: {_line(error)}"
-        ) from error
+        raise SimulationError(f"{task.path.name} fails at t = {reached[0]:.6g} s: {_line(error)}") from error
     force = np.interp(np.arange(count) * task.dt, found["time"], found[output])
     bad = np.flatnonzero(~np.isfinite(force))
     if bad.size:
-        raise SimulationError(f"{task.label}: {task.path.name} answers {force[bad[0]]} at t = {bad[0] * task.dt:.6g} s")
+        raise SimulationError(f"{task.path.name} answers {force[bad[0]]} at t = {bad[0] * task.dt:.6g} s")
     factor, offset = task.wiring.force.gain()
     return np.asarray(factor * force + offset, dtype=np.float64)
 
@@ -244,7 +135,7 @@ def _substeps(description: Any, dt: float) -> int:
     return max(fits, default=1)
 
 
-def _input_table(task: _Task, time: Floats, ahead: float) -> NDArray[np.void]:
+def _input_table(task: Task, time: Floats, ahead: float) -> NDArray[np.void]:
     """Inputs over time for fmpy, which sets them where a step begins: there stands what holds where it ends.
 
     So a force that hangs on an input directly has no lag at all. Current is held between samples, motion is a line.

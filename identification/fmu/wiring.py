@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from identification.errors import ModelError
+from identification.models.choice import Choice
+from identification.models.protocol import SIGNALS
 
-INPUTS = ("displacement", "velocity", "acceleration", "current", "temperature")
+INPUTS = tuple(SIGNALS)
 
 # Dimension of a channel as powers of kg, m, s, A, K.
 Dimension = tuple[int, int, int, int, int]
@@ -39,20 +41,6 @@ class Variable:
     dimension: Dimension | None = None
     factor: float = 1.0
     offset: float = 0.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Choice:
-    """What the user says: channel → variable, the force's variable (with a minus where it is reversed), parameters."""
-
-    inputs: Mapping[str, str] = field(default_factory=dict)
-    force: str = ""
-    parameters: Mapping[str, str] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        for channel in self.inputs:
-            if channel not in INPUTS:
-                raise ModelError(f"FMU input {channel!r}: a run drives {', '.join(INPUTS)}: write CHANNEL=VARIABLE")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import ModelError
+from identification.models.motion import Motion
+from identification.models.protocol import TrainingRange
 from identification.physical.elements import CATALOGUE, PATHS, ElementSpec, Path
 
 
@@ -104,6 +106,28 @@ class Model:
     def has(self, name: str) -> bool:
         """Whether an element of that name is part of the model."""
         return any(e.name == name for e in self.elements)
+
+    @property
+    def kind(self) -> str:
+        """The kind of model in its file."""
+        return "physical"
+
+    @property
+    def inputs(self) -> Mapping[str, str]:
+        """Channels that a run must have to drive the model, and what needs each."""
+        current = [f"'{e.name}'" for e in self.elements if e.spec.needs_current or is_controlled(e)]
+        return {"displacement": "the model"} | ({"current": current[0]} if current else {})
+
+    @property
+    def training_range(self) -> TrainingRange | None:
+        """None: a fitted model holds beyond its runs as far as its equations do."""
+        return None
+
+    def force(self, motion: Motion) -> NDArray[np.float64]:
+        """Force along a motion, (N,), N; raises SimulationError as `simulate` does."""
+        from identification.physical.simulate import simulate  # which is built on this module
+
+        return simulate(self, motion).force
 
     @property
     def needs_current(self) -> bool:

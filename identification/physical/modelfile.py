@@ -1,24 +1,16 @@
-"""The model file: a physical model as JSON, read with every mistake named, and written whole or not at all."""
+"""A physical model in a model file: read with every mistake named, and written."""
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
-from pathlib import Path as FilePath
-from typing import Any
 
 from identification.errors import ModelError
+from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, kind_of, load_model, type_of, write_json
 from identification.physical.elements import CATALOGUE, PATHS, ElementSpec
 from identification.physical.model import Element, Model, Parameter
-from rigctl.durable import replacing
 
-FORMAT = "damper-rig/model"
-FORMAT_VERSION = 1
 _KEYS = {"value", "fixed", "min", "max", "std"}
-
-# What JSON gives is of any type until it has been looked at.
-Json = Any
 
 
 def read_model(path: str | os.PathLike[str]) -> Model:
@@ -26,52 +18,31 @@ def read_model(path: str | os.PathLike[str]) -> Model:
 
     Raises
     ------
-    ModelError
+    ModelFileError
         one line that names the file, the place in it, the value and what would be right.
     """
-    try:
-        text = FilePath(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise ModelError(f"{path}: can't be read ({reason}): give a model file in JSON") from error
-    try:
-        data = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise ModelError(f"{path}: line {error.lineno}, column {error.colno}: no JSON ({error.msg})") from error
-    try:
-        return model_from_json(data)
-    except ModelError as error:
-        raise ModelError(f"{path}: {error}") from error
+    model = load_model(path, only=("physical",))
+    assert isinstance(model, Model)  # what the reader below gives
+    return model
 
 
 def model_from_json(data: Json) -> Model:
     """A physical model from parsed JSON; raises ModelError with the place and the cure."""
-    if not isinstance(data, Mapping):
-        raise ModelError(f"a model is an object, this is {_kind(data)}")
-    if data.get("format") != FORMAT:
-        raise ModelError(f"format is {data.get('format')!r}: a model file has '{FORMAT}'")
-    version = data.get("format_version")
-    if not isinstance(version, int) or isinstance(version, bool) or version < 1:
-        raise ModelError(f"format_version is {version!r}: it must be a positive integer")
-    if version > FORMAT_VERSION:
-        raise ModelError(f"format_version is {version}: this program reads up to {FORMAT_VERSION}; update it")
-    if data.get("kind") != "physical":
-        raise ModelError(f"kind is {data.get('kind')!r}: only 'physical' models have named elements")
+    kind = kind_of(data)
+    if kind != "physical":
+        raise ModelError(f"kind is {kind!r}: only 'physical' models have named elements")
     paths = data.get("paths")
     if not isinstance(paths, Mapping):
         raise ModelError("paths is missing: it holds mount, control, core and sensor")
     unknown = set(paths) - set(PATHS)
     if unknown:
         raise ModelError(f"paths.{min(unknown)} is no path: use {', '.join(PATHS)}")
-    name = data.get("name", "")
-    if not isinstance(name, str):
-        raise ModelError(f"name is {name!r}: it must be text")
-    return Model(name=name, elements=tuple(e for p in PATHS for e in _elements(p, paths.get(p, []))))
+    return Model(name=data.get("name", ""), elements=tuple(e for p in PATHS for e in _elements(p, paths.get(p, []))))
 
 
 def _elements(path: str, items: Json) -> list[Element]:
     if not isinstance(items, list):
-        raise ModelError(f"paths.{path} is {_kind(items)}: it must be a list of elements")
+        raise ModelError(f"paths.{path} is {type_of(items)}: it must be a list of elements")
     return [_element(f"paths.{path}[{k}]", path, item) for k, item in enumerate(items)]
 
 
@@ -89,7 +60,7 @@ def _element(where: str, path: str, item: Json) -> Element:
         raise ModelError(f"{where}.{min(extra)} is unknown: an element has 'element' and 'parameters'")
     given = item.get("parameters", {})
     if not isinstance(given, Mapping):
-        raise ModelError(f"{where}.parameters is {_kind(given)}: it must be an object")
+        raise ModelError(f"{where}.parameters is {type_of(given)}: it must be an object")
     unknown = set(given) - {p.name for p in spec.parameters}
     if unknown:
         raise ModelError(
@@ -141,11 +112,6 @@ def _number(where: str, raw: Json) -> float:
     return float(raw)
 
 
-def _kind(value: Json) -> str:
-    names = {list: "a list", str: "text", dict: "an object", type(None): "nothing", bool: "true or false"}
-    return names.get(type(value), "a number")
-
-
 def model_to_json(model: Model) -> dict[str, Json]:
     """The model as JSON data, element by element on its four paths."""
     return {
@@ -179,7 +145,5 @@ def _parameter_json(p: Parameter) -> Json:
 
 
 def write_model(path: str | os.PathLike[str], model: Model) -> None:
-    """Write a model file: complete under its name, or not at all."""
-    text = json.dumps(model_to_json(model), indent=2, ensure_ascii=False) + "\n"
-    with replacing(FilePath(path)) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    """Write a model file: complete under its name, or not at all; raises ModelFileError."""
+    write_json(path, model_to_json(model))

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import SimulationError
+from identification.models.motion import Motion
 from identification.physical.collocation import nodes_of
 from identification.physical.elements.equations.control import effective_current
 from identification.physical.elements.equations.sensor import delay_of, sensor_force
 from identification.physical.elements.stability import unbounded
 from identification.physical.model import Element, Model
-from identification.physical.motion import Motion
 from identification.physical.mounted import mounted
 from identification.physical.program import POSITION_AND_CURRENT, Drive, Mount, core_of, space_of
 from identification.physical.rigid import rigid

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from identification.errors import ReportFileError
+from excitation.atomic import written_whole
+from identification.errors import OutputError, ReportFileError
 from identification.report.evidence_file import read_evidence
 from identification.report.page import page
 from identification.report.page_data import PageData
 from identification.report.report_file import Report, read_report
-from rigctl.durable import replacing
 
 REPORT, EVIDENCE, PAGE = "report.json", "evidence.h5", "report.html"
 
@@ -27,7 +27,7 @@ def draw_report(directory: Path) -> Path:
     report, fingerprint = read_report(directory / REPORT)
     data = read_evidence(directory / EVIDENCE)
     _check(directory, report, fingerprint, data)
-    with replacing(directory / PAGE) as temporary:
+    with written_whole(directory / PAGE, OutputError) as temporary:
         temporary.write_text(page(report, data), encoding="utf-8")
     return directory / PAGE
 

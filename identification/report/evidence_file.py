@@ -12,9 +12,9 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.errors import ReportFileError
+from excitation.atomic import written_whole
+from identification.errors import OutputError, ReportFileError
 from identification.report.page_data import PageData
-from rigctl.durable import replacing
 
 FORMAT = "damper-rig/report-evidence"
 FORMAT_VERSION = 1
@@ -28,7 +28,7 @@ Value = Any
 
 def write_evidence(path: Path, data: PageData) -> None:
     """Write the file whole or not at all."""
-    with replacing(path) as temporary, h5py.File(temporary, "w", libver=("earliest", "v110")) as file:
+    with written_whole(path, OutputError) as temporary, h5py.File(temporary, "w", libver=("earliest", "v110")) as file:
         file.attrs["format"], file.attrs["format_version"] = FORMAT, FORMAT_VERSION
         _write_fields(file, data)
 

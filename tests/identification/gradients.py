@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.models.motion import Motion
 from identification.physical.model import Element, Model
-from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 from tests.identification.motions import motion
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.physical.motion import Motion
+from identification.models.motion import Motion
 
 DT, N = 1e-3, 2000
 T = np.arange(N) * DT

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from identification.errors import ModelError, SimulationError
+from identification.models.motion import Motion
 from identification.physical.accuracy import numerical_error, simulate_within
 from identification.physical.elements.equations.friction import BoucWen
 from identification.physical.elements.equations.memory import PARTIALS, bouc_wen_leg, fading
 from identification.physical.model import Element, Model, element
-from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 from tests.identification.gradients import extrapolated, freed
 from tests.identification.motions import DT, N, T, motion

@@ -16,7 +16,8 @@ from api.cli.main import main
 from identification.eearth import eearth
 from identification.errors import DataError
 from identification.force_velocity import arctan_fit, extremes
-from identification.measures import score
+from identification.models.measures import score
+from identification.physical.model import Model, element
 from identification.sheet import write_sheet
 from identification.steady import (
     Cycles,
@@ -179,6 +180,16 @@ def test_the_sheet_is_one_offline_page_with_a_row_for_each_sine(
     for words in ("PVP", "CVP", "Dynamic stiffness", "Loss factor", "noise.h5", "arctan"):
         assert words in page
     assert '<script src="http' not in page
+
+
+def test_a_model_stands_beside_the_tests_of_the_sheet(tmp_path: Path) -> None:
+    runs = [sine_run(lambda x, v: 800.0 * np.tanh(v / 0.1), 0.01, f, noise=2.0) for f in (0.5, 1.0, 2.5)]
+    model = Model(name="viscous", elements=(element("viscous_damping", {"c": 1000.0}),))
+    rows = write_sheet(tmp_path / "sheet.html", [replace(r, run_id=f"{k}") for k, r in enumerate(runs)], model)
+    for row in rows:
+        assert row["force_max_simulated"] == pytest.approx(1000.0 * float(str(row["peak_velocity"])), rel=1e-3)
+    assert '"dash"' in (tmp_path / "sheet.html").read_text(encoding="utf-8")
+    assert "force_max_simulated" not in write_sheet(tmp_path / "plain.html", runs[:1])[0]
 
 
 def test_a_sheet_without_a_sine_is_refused_and_not_written(tmp_path: Path) -> None:

@@ -12,10 +12,10 @@ from identification.errors import DataError
 from identification.fitting import fit, fit_from_many, fit_records, profile, warnings
 from identification.fitting.frogs import frog_leaping
 from identification.fitting.leastsquares import _inverse
+from identification.models.motion import Motion
 from identification.physical.literature import literature
 from identification.physical.model import Model, element
 from identification.physical.modelfile import model_from_json
-from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 from identification.record import Record, is_off, is_steady, record_from_run
 from rigctl.runfile import Run, with_channel

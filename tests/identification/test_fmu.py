@@ -17,9 +17,12 @@ from pythonfmu3 import FmuBuilder
 from api.cli.main import main
 from identification.discrepancy import explain
 from identification.errors import DataError, ModelError, SimulationError
-from identification.fmu import Choice, simulate, with_fmu
+from identification.fmu import Choice, Patience, open_fmu, with_fmu
 from identification.fmu.wiring import Variable, wired
-from rigctl.runfile import Run, write_run
+from identification.models import simulate_run
+from identification.physical.model import Model, element
+from identification.physical.modelfile import write_model
+from rigctl.runfile import Run, read_run, write_run
 from tests.conftest import missing
 
 SOURCE = Path(__file__).parent / "damper_fmu.c"
@@ -180,6 +183,28 @@ def test_an_fmu_that_meets_the_data_leaves_no_discrepancy(fmu: Path) -> None:
     assert explain(None, runs).effects == ()
 
 
+def test_an_fmu_is_compared_with_a_physical_model(
+    fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_run(Path("run.h5"), a_run(1, 2.0, friction_n=0.0))
+    write_model("own.json", Model(name="own", elements=(element("viscous_damping", {"c": 600.0}),)))
+    given = ["compare", "own.json", str(fmu), "--runs", "run.h5", "-o", "page.html", "--json"]
+    assert main(given) == 0
+    own, foreign = json.loads(capsys.readouterr().out)["models"]
+    assert (foreign["kind"], foreign["parameters"], foreign["training_range"]) == ("fmu", None, "not stated")
+    assert foreign["rms"] == pytest.approx(0.5, rel=0.1)
+    assert own["rms"] > 5.0
+    assert foreign["cost_ns_per_sample"] > own["cost_ns_per_sample"]
+    assert main([*given, "--fmu-set", "fails_at=0.5", "--fmu-set", "how=0"]) == 0
+    failed = json.loads(capsys.readouterr().out)["models"][1]
+    assert failed["rms"] is None
+    assert "fails at t = 0.5" in failed["runs"][0]["failure"]
+    assert main(["simulate", str(fmu), "run.h5", "-o", "out.h5"]) == 0
+    [along] = with_fmu(fmu, [a_run(1, 2.0, friction_n=0.0)])
+    assert np.array_equal(read_run("out.h5").channels["force_simulated"], along.channels["force_simulated"])
+
+
 @pytest.mark.parametrize(
     ("how", "words"),
     [
@@ -195,11 +220,14 @@ def test_an_fmu_that_fails_is_said_to_fail_where_it_does(fmu: Path, how: str, wo
     assert "\n" not in str(caught.value)
 
 
-def test_an_fmu_that_never_comes_back_is_ended_when_its_time_is_up(fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(simulate, "PATIENCE_S", 0.2)
-    monkeypatch.setattr(simulate, "SLOWNESS", 0.1)
+def test_an_fmu_that_never_comes_back_is_ended_when_its_time_is_up_and_starts_again(fmu: Path) -> None:
+    choice = Choice(parameters={"fails_at": "0.5", "how": "3"})
+    model, run = open_fmu(fmu, choice, patience=Patience(least_s=0.2, times=0.1)), a_run(1, 2.0)
     with pytest.raises(SimulationError, match=r"run 1: damper.fmu took more than 0.2 s: is it stuck\?"):
-        with_fmu(fmu, [a_run(1, 2.0)], Choice(parameters={"fails_at": "0.5", "how": "3"}))
+        simulate_run(model, run)
+    brief = replace(run, channels={name: row[:400] for name, row in run.channels.items()})
+    assert np.all(np.isfinite(simulate_run(replace(model, patience=Patience()), brief)))
+    model.close()
 
 
 def test_what_cannot_be_used_is_refused_in_one_line(
@@ -226,7 +254,7 @@ def test_what_cannot_be_used_is_refused_in_one_line(
         assert said.count("\n") == 1
     passive = a_run(1, 2.0)
     without = {name: row for name, row in passive.channels.items() if name != "current"}
-    with pytest.raises(DataError, match="no channel 'current', which drives input 'coil'"):
+    with pytest.raises(DataError, match=r"has no control current, which input 'coil' of damper\.fmu needs"):
         with_fmu(fmu, [replace(passive, channels=without)])
     assert not (tmp_path / "out").exists()
 

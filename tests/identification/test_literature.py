@@ -13,12 +13,12 @@ from scipy.integrate import solve_ivp
 
 from identification.discrepancy.candidates import admissible
 from identification.errors import ModelError
+from identification.models.motion import Motion
 from identification.physical.accuracy import numerical_error
 from identification.physical.elements import CATALOGUE
 from identification.physical.literature import LITERATURE, literature
 from identification.physical.model import Model, element
 from identification.physical.modelfile import read_model, write_model
-from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 from identification.record import record_from_run
 from identification.scales import scales_of

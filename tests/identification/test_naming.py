@@ -19,12 +19,12 @@ from identification.discrepancy.trials import DRY_FRICTIONS, Trial, is_a_spring,
 from identification.errors import DataError
 from identification.fitting import fit
 from identification.fitting.leastsquares import fit_records
-from identification.measures import score_signals
+from identification.models import simulate_run
+from identification.models.measures import score_signals
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, element
 from identification.physical.modelfile import read_model
 from identification.record import Record, compact, record_from_run
-from identification.simulation import simulate_run
 from rigctl.runfile import with_channel
 from tests.identification.specimens import campaign, run
 

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from identification.errors import SimulationError
+from identification.models.motion import Motion
 from identification.physical.accuracy import numerical_error
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, element
-from identification.physical.motion import Motion
 from identification.physical.simulate import simulate
 from tests.identification.gradients import gradient_error
 from tests.identification.motions import DT, N, T, motion

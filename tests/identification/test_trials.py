@@ -11,9 +11,10 @@ import pytest
 from identification.discrepancy import nexttest, trials
 from identification.discrepancy.candidates import guesses
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import evaluate, fit_records, free_parameters, predict
+from identification.fitting.leastsquares import evaluate, fit_records, free_parameters
 from identification.fitting.parallel import side_by_side
 from identification.physical.model import element
+from identification.physical.predict import predict
 from identification.scales import scales_of
 from tests.identification.specimens import AS_SIMULATED as BASE
 from tests.identification.specimens import records_with

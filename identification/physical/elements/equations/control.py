@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from identification.physical.motion import delayed, is_step
+from identification.models.motion import delayed, is_step
 
 if TYPE_CHECKING:
     from identification.physical.model import Element

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.models.motion import Motion
 from identification.physical.elements.spec import ElementSpec
-from identification.physical.motion import Motion
 
 Floats = NDArray[np.float64]
 Added = tuple[Floats, Floats]  # force (N,) and its partials (N, K)

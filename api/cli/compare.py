@@ -1,0 +1,69 @@
+"""``damper-rig compare``: models of any kind beside each other on measured runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
+
+if TYPE_CHECKING:
+    from identification.models import Comparison
+
+__all__ = ["compare"]
+
+
+def compare(
+    models: Annotated[list[Path], typer.Argument(metavar="MODEL ...", help="Models of any kind: .json or .fmu.")],
+    *,
+    runs: Annotated[
+        list[Path], typer.Option("--runs", metavar="RUN.h5 ...", help="Measured runs of one specimen; can be repeated.")
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE.html", help="One page that opens offline.")],
+    fmu_input: FmuInput = None,
+    fmu_output: FmuOutput = "",
+    fmu_set: FmuSet = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON, SI units.")] = False,
+) -> None:
+    """Models beside each other on measured runs: error, cost a sample, parameters, training range left or not.
+
+    Example: damper-rig compare fitted.json other.json damper.fmu --runs runs/*.h5 -o comparison.html
+    """
+    from api.cli.terminal import answer, progress_bar, warn
+    from api.errors import InputError
+    from identification.models import compare as compared
+    from identification.models import comparison_data, load_model
+    from identification.models.comparison_page import write_comparison
+    from rigctl.runfile import read_run
+
+    if output.suffix != ".html":
+        raise InputError(f"{output}: the comparison is a web page: end its name in .html")
+    choice = fmu_choice(models, fmu_input, fmu_output, fmu_set)
+    loaded = [load_model(path, choice) for path in models]
+    measured = [read_run(path) for path in runs]
+    warn(measured)
+    with progress_bar("comparing") as tell:
+        found = compared(loaded, measured, labels=_labels(models), on_progress=tell)
+    write_comparison(output, found)
+    answer(_text(output, found), comparison_data(found) | {"file": str(output)}, as_json=as_json)
+
+
+def _labels(paths: list[Path]) -> list[str]:
+    """Names of the files; with their folders where two have the same name."""
+    names = [path.name for path in paths]
+    return [path.name if names.count(path.name) == 1 else str(path) for path in paths]
+
+
+def _text(output: Path, found: Comparison) -> str:
+    rows = found.best_first()
+    width = max(len(row.label) for row in rows)
+    lines = [f"{'model':<{width}} {'rms, N':>10} {'fit, %':>8} {'EEARTH':>7} {'ns/sample':>10} {'parameters':>10}"]
+    for row in rows:
+        figures = "fails: " + next((cell.failure for cell in row.cells if cell.failure), "")
+        if row.rms is not None:
+            count = "not stated" if row.free is None else str(row.free)
+            figures = f"{row.rms:>10.4g} {row.fit:>8.2f} {row.eearth:>7.3f} {row.cost_ns:>10,.0f} {count:>10}"
+        lines.append(f"{row.label:<{width}} {figures}")
+    return "\n".join([*lines, str(output)])

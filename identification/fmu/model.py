@@ -1,0 +1,132 @@
+"""An FMU as a model of the family: opened once in a process of its own, and asked for its force along motions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.errors import IdentificationError, ModelError
+from identification.fmu.process import ForeignProcess
+from identification.fmu.simulate import Task, forces, opened
+from identification.fmu.wiring import Wire, Wiring
+from identification.models.choice import Choice
+from identification.models.motion import Motion
+from identification.models.protocol import SIGNALS, TrainingRange
+from identification.models.simulation import with_simulation
+from rigctl.runfile import Run
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Patience:
+    """How long an answer may take, s: `least_s`, or, where that is longer, so many times as long as on the rig."""
+
+    open_s: float = 120.0
+    least_s: float = 600.0
+    times: float = 100.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FmuModel:
+    """Somebody else's simulation. Its parameters are its own: none can be fitted."""
+
+    path: Path
+    wiring: Wiring
+    process: ForeignProcess = field(repr=False, compare=False)
+    patience: Patience = Patience()
+
+    @property
+    def name(self) -> str:
+        """Name of the file."""
+        return self.path.name
+
+    @property
+    def kind(self) -> str:
+        """The kind of model."""
+        return "fmu"
+
+    @property
+    def inputs(self) -> Mapping[str, str]:
+        """Channels that a run must have, and the input of the FMU that each drives."""
+        needed = [(wire.channel, f"input '{wire.variable.name}' of {self.name}") for wire in self.wiring.inputs]
+        return {channel if channel in ("current", "temperature") else "displacement": user for channel, user in needed}
+
+    @property
+    def training_range(self) -> TrainingRange | None:
+        """None: nothing in an FMU states it."""
+        return None
+
+    def names(self) -> Sequence[str]:
+        """None: what an FMU calls a parameter says neither what it does nor where it may lie."""
+        return ()
+
+    def values(self) -> Floats:
+        """No parameters."""
+        return np.empty(0)
+
+    def free(self) -> NDArray[np.bool_]:
+        """No parameters."""
+        return np.empty(0, dtype=np.bool_)
+
+    def bounds(self) -> tuple[Floats, Floats]:
+        """No parameters."""
+        return np.empty(0), np.empty(0)
+
+    def force(self, motion: Motion) -> Floats:
+        """Force along a motion, (N,), N; raises SimulationError where the FMU fails, crashes or hangs."""
+        values = tuple(_given(wire, motion) for wire in self.wiring.inputs)
+        task = Task(path=self.path, wiring=self.wiring, dt=motion.dt, values=values)
+        patience_s = max(self.patience.least_s, self.patience.times * motion.x.size * motion.dt)
+        return self.process.ask(forces, task, patience_s)
+
+    def close(self) -> None:
+        """End the FMU's process."""
+        self.process.close()
+
+
+def open_fmu(path: Path, choice: Choice | None = None, *, patience: Patience | None = None) -> FmuModel:
+    """The FMU of a file, its variables connected; raises ModelError, one line that names the file."""
+    if find_spec("fmpy") is None:
+        raise ModelError(f"{path}: FMUs need the package fmpy: pip install 'damper-rig[fmu]'")
+    if not path.is_file():
+        raise ModelError(f"{path}: can't be read (no such file): give an FMU")
+    patience = patience or Patience()
+    process = ForeignProcess(path.name)
+    try:
+        wiring = process.ask(opened, (path, choice or Choice()), patience.open_s)
+    except IdentificationError:
+        process.close()
+        raise
+    return FmuModel(path=path, wiring=wiring, process=process, patience=patience)
+
+
+def with_fmu(
+    path: Path,
+    runs: Sequence[Run],
+    choice: Choice | None = None,
+    *,
+    on_progress: Callable[[float, str], None] | None = None,
+) -> list[Run]:
+    """The runs with a channel `force_simulated`: what the FMU answers to their motion, current and temperature.
+
+    Raises ModelError where the file can't be used, DataError where a run lacks a channel that drives the FMU, and
+    SimulationError where the FMU fails on a run.
+    """
+    model = open_fmu(path, choice)
+    try:
+        return with_simulation(model, runs, on_progress=on_progress)
+    finally:
+        model.close()
+
+
+def _given(wire: Wire, motion: Motion) -> Floats:
+    """What the variable is given, in its unit."""
+    factor, offset = wire.gain()
+    row: Floats = getattr(motion, SIGNALS[wire.channel])
+    return np.asarray((row - offset) / factor, dtype=np.float64)

@@ -1,0 +1,31 @@
+"""A model is whatever gives a force from a motion: what all kinds of model share."""
+
+from identification.models.choice import Choice
+from identification.models.compare import Comparison, compare, comparison_data
+from identification.models.inputs import motion_from, motion_of
+from identification.models.measures import Score, score, score_signals
+from identification.models.modelfile import KINDS, Kind, load_model, model_from_json
+from identification.models.motion import Motion
+from identification.models.protocol import SimulationModel, TrainingRange
+from identification.models.simulation import simulate_run, with_simulation
+
+__all__ = [
+    "KINDS",
+    "Choice",
+    "Comparison",
+    "Kind",
+    "Motion",
+    "Score",
+    "SimulationModel",
+    "TrainingRange",
+    "compare",
+    "comparison_data",
+    "load_model",
+    "model_from_json",
+    "motion_from",
+    "motion_of",
+    "score",
+    "score_signals",
+    "simulate_run",
+    "with_simulation",
+]
