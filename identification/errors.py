@@ -3,7 +3,10 @@
 IdentificationError
 ├── ModelError          a model that is no model: unknown element, value outside its physical range, missing parameter
 ├── DataError           runs that can't be used for what is asked of them
-└── SimulationError     the model can't run on this input
+├── SimulationError     the model can't run on this input
+└── ComputeError        there is no such executor, or it was lost
+
+Cancelled               whoever asked for the work no longer wants it
 """
 
 
@@ -21,3 +24,11 @@ class DataError(IdentificationError):
 
 class SimulationError(IdentificationError):
     """A model that can't run on the given input."""
+
+
+class ComputeError(IdentificationError):
+    """An executor that does not exist, does not answer, or lost a worker."""
+
+
+class Cancelled(Exception):
+    """The work was cancelled by whoever asked for it."""

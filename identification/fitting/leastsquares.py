@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.compute import run_here
 from identification.errors import SimulationError
 from identification.physical.control import effective_current
 from identification.physical.elements import Code
@@ -27,7 +27,6 @@ _RUNAWAY = 1e100  # a gradient that squares to infinity
 _UNSEEN = 1e-200  # a sum of squares from which no finite variance follows
 _FORGOTTEN = 1e-3  # of the width of a magnet's hysteresis
 _FEWEST = 2  # samples: one is no motion
-_WORKERS = 2  # the solver releases the interpreter lock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,12 +124,6 @@ def _turned(hum: Element, rest: Floats, record: Record) -> tuple[Parameter, ...]
     return amplitude, frequency, replace(old, value=phase)
 
 
-@cache
-def _pool() -> ThreadPoolExecutor:
-    """One pool for all evaluations: to start its threads anew for each took an eighth of a search."""
-    return ThreadPoolExecutor(_WORKERS, thread_name_prefix="evaluate")
-
-
 def evaluate(model: Model, records: Sequence[Record], free: Mask) -> Evaluation:
     """Residuals (M,), N, and gradients of the force (M, K) for every record, computed in parallel.
 
@@ -139,16 +132,17 @@ def evaluate(model: Model, records: Sequence[Record], free: Mask) -> Evaluation:
     SimulationError
         when the model gives no finite force on one of the records.
     """
-
-    def one(record: Record) -> tuple[Floats, Floats]:
-        force, gradient = predict(model, record, gradient=free)
-        assert gradient is not None
-        if not np.max(np.abs(gradient), initial=0.0) < _RUNAWAY:
-            raise SimulationError(f"'{model.name}' runs away on {record.name}: its gradient overflows")
-        return record.measured - force, gradient
-
-    pairs = [one(records[0])] if len(records) == 1 else list(_pool().map(one, records))
+    pairs = run_here(partial(_residual, model, free), records)
     return Evaluation(tuple(r for r, _ in pairs), tuple(g for _, g in pairs))
+
+
+def _residual(model: Model, free: Mask, record: Record) -> tuple[Floats, Floats]:
+    """Residual (M,), N, and gradient of the force (M, K) on one record."""
+    force, gradient = predict(model, record, gradient=free)
+    assert gradient is not None
+    if not np.max(np.abs(gradient), initial=0.0) < _RUNAWAY:
+        raise SimulationError(f"'{model.name}' runs away on {record.name}: its gradient overflows")
+    return record.measured - force, gradient
 
 
 def free_parameters(model: Model, records: Sequence[Record]) -> Mask:

@@ -1,0 +1,91 @@
+"""Tasks on a Dask cluster, by the address of its scheduler."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from identification.compute.executor import Executor, Item, Outcomes, Tasks, Value
+from identification.compute.futures import Future, outcomes_of
+from identification.compute.running import using
+from identification.compute.serial import Serial
+from identification.compute.threads import Threads
+from identification.errors import ComputeError
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+DEADLINE_S = 10.0  # for the scheduler to answer, and for a first worker to be there
+_AHEAD = 2  # tasks sent for each thread of the cluster: none waits for its next
+
+
+class Cluster:
+    """As many tasks at once as the workers of the scheduler at `address` have threads.
+
+    Every worker needs this package in the same version. A task whose worker is lost is done again by another one.
+
+    Raises
+    ------
+    ComputeError
+        when the extra `dask` is missing, nobody answers at the address, or the scheduler has no worker.
+    """
+
+    def __init__(self, address: str, *, threads: int, deadline_s: float = DEADLINE_S) -> None:
+        self._address = address
+        self._client = _connected(address, deadline_s)
+        self._here = Threads(threads)
+
+    @property
+    def workers(self) -> int:
+        threads: dict[str, int] = self._client.nthreads()
+        return max(sum(threads.values()), 1)
+
+    @property
+    def here(self) -> Executor:
+        return self._here
+
+    def carry_out(self, function: Callable[[Item], Value], tasks: Tasks[Item]) -> Outcomes[Value]:
+        client = self._client
+        # A task, not scattered data: what a lost worker held is then made again.
+        shared = client.submit(pickle.loads, pickle.dumps(function), pure=False)
+        sent: set[Any] = set()  # Any: futures of distributed, which has no types
+
+        def submit(item: Item, on_end: Callable[[Future[Value]], None]) -> None:
+            future = client.submit(_in_worker, shared, pickle.dumps(item), pure=False)
+            sent.add(future)
+            future.add_done_callback(on_end)
+
+        try:
+            yield from outcomes_of(submit, tasks, _AHEAD * self.workers)
+        finally:
+            client.cancel([*sent, shared], force=True)
+
+    def close(self) -> None:
+        self._client.close()
+        self._here.close()
+
+
+def _connected(address: str, deadline_s: float) -> Client:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise ComputeError(f"'{address}' needs the extra: pip install 'damper-rig[dask]'") from error
+    try:
+        client = Client(address, timeout=deadline_s, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise ComputeError(
+            f"no Dask scheduler answers at '{address}' within {deadline_s:g} s: start one there, or unset "
+            "DAMPER_RIG_EXECUTOR"
+        ) from error
+    try:
+        client.wait_for_workers(1, timeout=deadline_s)
+    except TimeoutError as error:
+        client.close()
+        raise ComputeError(f"the Dask scheduler at '{address}' has no worker after {deadline_s:g} s") from error
+    return client
+
+
+def _in_worker(function: Callable[[Any], Any], item: bytes) -> Any:  # Any: an item and its value
+    with using(Serial()):
+        return function(pickle.loads(item))
