@@ -16,7 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from excitation.errors import ExcitationError
-from identification.errors import IdentificationError
+from identification.errors import IdentificationError, WorkerLost
 from rigctl.errors import IdentityError, IterationError, LimitError, RigError, RunFileError, TransportError, UrlError
 from sim_rig.errors import FaultError, SimRigError, SkewError, SpecimenError, SpeedError
 
@@ -89,6 +89,7 @@ OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (TooLarge, Outcome(413, 2)),
     (InputError, _BAD_INPUT),
     (StoreError, Outcome(503, 1)),
+    (WorkerLost, Outcome(503, 1)),
     (LeaseLost, Outcome(503, 1)),
     (ProcessError, Outcome(500, 1)),
     (ExcitationError, _BAD_INPUT),

@@ -4,7 +4,8 @@ IdentificationError
 ├── ModelError          a model that is no model: unknown element, value outside its physical range, missing parameter
 ├── DataError           runs that can't be used for what is asked of them
 ├── SimulationError     the model can't run on this input
-└── ComputeError        there is no such executor, or it was lost
+└── ComputeError        there is no such executor, or nobody answers there
+    └── WorkerLost      a process or a cluster ended before its tasks did
 
 Cancelled               whoever asked for the work no longer wants it
 """
@@ -27,7 +28,11 @@ class SimulationError(IdentificationError):
 
 
 class ComputeError(IdentificationError):
-    """An executor that does not exist, does not answer, or lost a worker."""
+    """An executor that does not exist or does not answer."""
+
+
+class WorkerLost(ComputeError):
+    """A process or a cluster that ended before its tasks did."""
 
 
 class Cancelled(Exception):

@@ -5,11 +5,13 @@ from identification.compute.executor import Executor
 from identification.compute.processes import Processes
 from identification.compute.running import finished, run, run_here, using
 from identification.compute.serial import Serial
-from identification.compute.settings import chosen, executor_from
+from identification.compute.settings import EXECUTOR, WORKERS, chosen, executor_from, workers_from
 from identification.compute.threads import Threads
 from identification.compute.workers import available_workers
 
 __all__ = [
+    "EXECUTOR",
+    "WORKERS",
     "Cluster",
     "Executor",
     "Processes",
@@ -22,4 +24,5 @@ __all__ = [
     "run",
     "run_here",
     "using",
+    "workers_from",
 ]

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Callable
+from concurrent.futures import CancelledError
 from typing import TYPE_CHECKING, Any
 
-from identification.compute.executor import Executor, Item, Outcomes, Tasks, Value
-from identification.compute.futures import Future, outcomes_of
+from identification.compute.executor import Executor, Failed, Item, Outcomes, Tasks, Value
+from identification.compute.futures import ASK_S, Future, outcomes_of
 from identification.compute.running import using
 from identification.compute.serial import Serial
 from identification.compute.threads import Threads
-from identification.errors import ComputeError
+from identification.errors import ComputeError, WorkerLost
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -46,20 +47,43 @@ class Cluster:
         return self._here
 
     def carry_out(self, function: Callable[[Item], Value], tasks: Tasks[Item]) -> Outcomes[Value]:
-        client = self._client
+        sent: set[Any] = set()  # Any: futures of distributed, which has few types
+        try:
+            yield from self._watched(self._outcomes(function, tasks, sent))
+        except (CancelledError, OSError) as error:  # of the connection: what a task raises comes as an outcome
+            raise self._lost() from error
+        finally:
+            self._client.cancel([*sent], force=True)
+
+    def _outcomes(self, function: Callable[[Item], Value], tasks: Tasks[Item], sent: set[Any]) -> Outcomes[Value]:
+        """What the tasks came to; in `sent` are the futures that are not done."""
         # A task, not scattered data: what a lost worker held is then made again.
-        shared = client.submit(pickle.loads, pickle.dumps(function), pure=False)
-        sent: set[Any] = set()  # Any: futures of distributed, which has no types
+        shared = self._client.submit(pickle.loads, pickle.dumps(function), pure=False)
+        sent.add(shared)
 
         def submit(item: Item, on_end: Callable[[Future[Value]], None]) -> None:
-            future = client.submit(_in_worker, shared, pickle.dumps(item), pure=False)
+            future = self._client.submit(_in_worker, shared, pickle.dumps(item), pure=False)
             sent.add(future)
             future.add_done_callback(on_end)
+            future.add_done_callback(sent.discard)
 
-        try:
-            yield from outcomes_of(submit, tasks, _AHEAD * self.workers)
-        finally:
-            client.cancel([*sent, shared], force=True)
+        yield from outcomes_of(submit, tasks, _AHEAD * self.workers)
+
+    def _watched(self, outcomes: Outcomes[Value]) -> Outcomes[Value]:
+        """The outcomes, until a task has cost several workers, or nothing ends and no worker is left."""
+        from distributed.scheduler import KilledWorker
+
+        idle = 0
+        for outcome in outcomes:
+            if isinstance(outcome, Failed) and isinstance(outcome.error, KilledWorker):
+                raise self._lost() from outcome.error
+            idle = idle + 1 if outcome is None else 0
+            if idle * ASK_S > DEADLINE_S and not self._client.nthreads():
+                raise self._lost()
+            yield outcome
+
+    def _lost(self) -> WorkerLost:
+        return WorkerLost(f"the Dask cluster at '{self._address}' was lost with tasks on it")
 
     def close(self) -> None:
         self._client.close()

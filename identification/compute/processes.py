@@ -21,7 +21,7 @@ from identification.compute.futures import Future, outcomes_of
 from identification.compute.running import using
 from identification.compute.serial import Serial
 from identification.compute.threads import Threads
-from identification.errors import ComputeError
+from identification.errors import WorkerLost
 
 
 class Processes:
@@ -55,14 +55,14 @@ class Processes:
             # one more than there are workers: none waits for its next task
             for outcome in outcomes_of(submit, tasks, self._workers + 1):
                 if isinstance(outcome, Failed) and isinstance(outcome.error, BrokenProcessPool):
-                    raise ComputeError(
+                    raise WorkerLost(
                         "a worker process ended before its task: was it killed, or is there too little memory for "
                         f"{self._workers} of them (DAMPER_RIG_WORKERS)?"
                     ) from outcome.error
                 yield outcome
             ended = True
         except BrokenProcessPool as error:  # on submission
-            raise ComputeError("a worker process ended before its task") from error
+            raise WorkerLost("a worker process ended before its task") from error
         finally:
             if not ended:
                 self._end()

@@ -46,15 +46,15 @@ def run(
     """The function's value for each item, in their order, whichever executor works them out.
 
     `function` is of a module, or a `partial` of one, so that it can be sent to another process; what it is bound to is
-    sent once to each. `on_done` is told, in this thread, how many of how many are done. A single item runs here.
+    sent once to each. `on_done` is told, in this thread, how many of how many are done.
 
     Raises
     ------
     Cancelled
         when the context was cancelled; work in other processes is ended within a second, tasks of this one go on to
         their end or to the next tasks that they would run.
-    ComputeError
-        when a worker process or the cluster was lost.
+    WorkerLost
+        when a worker process or the cluster ended.
 
     and what the first of the items that fail raised.
     """
@@ -90,8 +90,10 @@ def _finished(
 ) -> Iterator[tuple[int, Value]]:
     cancelled = _setting().cancelled
     _stop_if(cancelled)
+    if not items:
+        return
     tasks, failed = Tasks(items), list[Failed]()
-    with closing((executor if len(items) > 1 else executor.here).carry_out(function, tasks)) as outcomes:
+    with closing(executor.carry_out(function, tasks)) as outcomes:
         for outcome in outcomes:
             _stop_if(cancelled)
             if isinstance(outcome, Failed):
