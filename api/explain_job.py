@@ -39,6 +39,7 @@ def main() -> int:
 
 def _done(task: dict[str, Any]) -> dict[str, Any]:
     # Any: JSON, made by api.explain_process and nobody else
+    from identification.compute import chosen
     from identification.discrepancy import explain, prepared, report_data, write_report
     from identification.physical.modelfile import model_from_json
     from rigctl.runfile import read_run
@@ -48,7 +49,10 @@ def _done(task: dict[str, Any]) -> dict[str, Any]:
     if not task["output"]:
         prepared(model, runs, held_out or None)
         return {"refused": ""}
-    found = explain(model, runs, held_out or None, on_progress=lambda text, done: _say({"done": done, "text": text}))
+    with chosen(os.environ):
+        found = explain(
+            model, runs, held_out or None, on_progress=lambda text, done: _say({"done": done, "text": text})
+        )
     write_report(found, Path(task["output"]), reproduce=task["reproduce"])
     report = report_data(found)
     return {"verdict": report["verdict"], "effects": [[e["element"], e["confidence"]] for e in report["effects"]]}

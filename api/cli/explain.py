@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
@@ -43,6 +44,7 @@ def explain(
     """
     from api.cli.fmu import fmu_choice
     from api.cli.terminal import answer, progress_bar
+    from identification.compute import chosen
     from identification.discrepancy import explain as explain_gap
     from identification.discrepancy import report_data, write_report
     from identification.physical.modelfile import read_model
@@ -61,7 +63,7 @@ def explain(
         with progress_bar("simulating") as tell:
             driven = with_fmu(model, [*measured, *kept], foreign, on_progress=tell)
         measured, kept = driven[: len(measured)], driven[len(measured) :]
-    with progress_bar("explaining") as tell:
+    with chosen(os.environ), progress_bar("explaining") as tell:
         found = explain_gap(base, measured, kept or None, on_progress=lambda text, done: tell(done, text))
     options = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "-o": [output]}
     options |= {"--fmu-output": [fmu_output]} if fmu_output else {}
