@@ -30,7 +30,7 @@ check: setup
 bench-explain: setup
 	$(BIN)/python -m benchmarks.explain
 	$(BIN)/python -m benchmarks.explain.flights
-	$(BIN)/python -m benchmarks.explain.breakdown --workers 2
+	$(BIN)/python -m benchmarks.explain.breakdown
 
 bench: setup
 	$(BIN)/python -m benchmarks

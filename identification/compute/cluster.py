@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import sys
 from collections.abc import Callable
 from concurrent.futures import CancelledError
 from typing import TYPE_CHECKING, Any
@@ -58,16 +59,22 @@ class Cluster:
     def _outcomes(self, function: Callable[[Item], Value], tasks: Tasks[Item], sent: set[Any]) -> Outcomes[Value]:
         """What the tasks came to; in `sent` are the futures that are not done."""
         # A task, not scattered data: what a lost worker held is then made again.
-        shared = self._client.submit(pickle.loads, pickle.dumps(function), pure=False)
+        shared = self._submit(pickle.loads, pickle.dumps(function))
         sent.add(shared)
 
         def submit(item: Item, on_end: Callable[[Future[Value]], None]) -> None:
-            future = self._client.submit(_in_worker, shared, pickle.dumps(item), pure=False)
+            future = self._submit(_in_worker, shared, pickle.dumps(item))
             sent.add(future)
             future.add_done_callback(on_end)
             future.add_done_callback(sent.discard)
 
         yield from outcomes_of(submit, tasks, _AHEAD * self.workers)
+
+    def _submit(self, function: Callable[..., Any], *arguments: Any) -> Any:  # Any: see `carry_out`
+        from dask import config
+
+        with config.set({"distributed.admin.large-graph-warning-threshold": sys.maxsize}):  # large, but sent only once
+            return self._client.submit(function, *arguments, pure=False)
 
     def _watched(self, outcomes: Outcomes[Value]) -> Outcomes[Value]:
         """The outcomes, until a task has cost several workers, or nothing ends and no worker is left."""

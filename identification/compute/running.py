@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -13,6 +13,8 @@ from identification.compute.threads import Threads
 from identification.compute.workers import available_workers
 from identification.errors import Cancelled
 
+_Coming = Generator[tuple[int, Value], None, None]
+
 
 def _never() -> bool:
     return False
@@ -22,6 +24,10 @@ def _never() -> bool:
 class _Setting:
     executor: Executor
     cancelled: Callable[[], bool]
+
+    def check(self) -> None:
+        if self.cancelled():
+            raise Cancelled("the work was cancelled")
 
 
 _SETTING: ContextVar[_Setting | None] = ContextVar("compute", default=None)
@@ -58,44 +64,42 @@ def run(
 
     and what the first of the items that fail raised.
     """
-    return _run(_setting().executor, function, items, on_done)
+    setting = _setting()
+    return _in_order(_finished(setting, setting.executor, function, items), len(items), on_done)
 
 
 def run_here(function: Callable[[Item], Value], items: Sequence[Item]) -> list[Value]:
     """The same for tasks of a few milliseconds, which never leave this process."""
-    return _run(_setting().executor.here, function, items, None)
+    setting = _setting()
+    return _in_order(_finished(setting, setting.executor.here, function, items), len(items), None)
 
 
-def finished(function: Callable[[Item], Value], items: Sequence[Item]) -> Iterator[tuple[int, Value]]:
+def finished(function: Callable[[Item], Value], items: Sequence[Item]) -> _Coming[Value]:
     """Index and value of each item as they come, see `run`; an error is raised after what was running has ended."""
-    return _finished(_setting().executor, function, items)
+    setting = _setting()
+    return _finished(setting, setting.executor, function, items)
 
 
-def _run(
-    executor: Executor,
-    function: Callable[[Item], Value],
-    items: Sequence[Item],
-    on_done: Callable[[int, int], None] | None,
-) -> list[Value]:
+def _in_order(come: _Coming[Value], count: int, on_done: Callable[[int, int], None] | None) -> list[Value]:
     values: dict[int, Value] = {}
-    for index, value in _finished(executor, function, items):
-        values[index] = value
-        if on_done is not None:
-            on_done(len(values), len(items))
-    return [values[index] for index in range(len(items))]
+    with closing(come):
+        for index, value in come:
+            values[index] = value
+            if on_done is not None:
+                on_done(len(values), count)
+    return [values[index] for index in range(count)]
 
 
 def _finished(
-    executor: Executor, function: Callable[[Item], Value], items: Sequence[Item]
-) -> Iterator[tuple[int, Value]]:
-    cancelled = _setting().cancelled
-    _stop_if(cancelled)
+    setting: _Setting, executor: Executor, function: Callable[[Item], Value], items: Sequence[Item]
+) -> _Coming[Value]:
+    setting.check()
     if not items:
         return
     tasks, failed = Tasks(items), list[Failed]()
     with closing(executor.carry_out(function, tasks)) as outcomes:
         for outcome in outcomes:
-            _stop_if(cancelled)
+            setting.check()
             if isinstance(outcome, Failed):
                 tasks.stop()
                 failed.append(outcome)
@@ -103,11 +107,6 @@ def _finished(
                 yield outcome.index, outcome.value
     if failed:
         raise min(failed, key=lambda f: f.index).error
-
-
-def _stop_if(cancelled: Callable[[], bool]) -> None:
-    if cancelled():
-        raise Cancelled("the work was cancelled")
 
 
 def _setting() -> _Setting:
