@@ -6,6 +6,7 @@ import pickle
 import sys
 from collections.abc import Callable
 from concurrent.futures import CancelledError
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from identification.compute.executor import Executor, Failed, Item, Outcomes, Tasks, Value
@@ -59,7 +60,7 @@ class Cluster:
     def _outcomes(self, function: Callable[[Item], Value], tasks: Tasks[Item], sent: set[Any]) -> Outcomes[Value]:
         """What the tasks came to; in `sent` are the futures that are not done."""
         # A task, not scattered data: what a lost worker held is then made again.
-        shared = self._submit(pickle.loads, pickle.dumps(function))
+        shared = self._submit(bytes, pickle.dumps(function))
         sent.add(shared)
 
         def submit(item: Item, on_end: Callable[[Future[Value]], None]) -> None:
@@ -117,6 +118,12 @@ def _connected(address: str, deadline_s: float) -> Client:
     return client
 
 
-def _in_worker(function: Callable[[Any], Any], item: bytes) -> Any:  # Any: an item and its value
+@lru_cache(maxsize=2)
+def _loaded(function: bytes) -> Callable[[Any], Any]:  # Any: what was pickled
+    loaded: Callable[[Any], Any] = pickle.loads(function)
+    return loaded
+
+
+def _in_worker(function: bytes, item: bytes) -> Any:  # Any: the value of the item
     with using(Serial()):
-        return function(pickle.loads(item))
+        return _loaded(function)(pickle.loads(item))
