@@ -296,7 +296,7 @@ def test_worker_processes_end_when_their_parent_is_killed(tmp_path: Path) -> Non
         os.mkfifo(pipe)
     script = tmp_path / "abandoned.py"
     script.write_text(_ABANDONED.format(told=str(told), awaited=str(awaited)), encoding="utf-8")
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(tmp_path)}
     parent = subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, env=environment)
     with told.open():
         parent.kill()
@@ -376,6 +376,7 @@ def test_a_process_tied_to_one_processor_has_one_worker() -> None:
     assert said.stdout.strip() == b"1"
 
 
+@pytest.mark.slow
 def test_a_search_names_the_same_with_every_number_the_same_to_the_bit(executors: dict[str, Executor]) -> None:
     train, held = [measured("moving_mass", k, seed=3) for k in (2, 3)], [measured("moving_mass", 5, seed=3)]
 
