@@ -49,6 +49,7 @@ def collect(
 
 def executor_for_cases(workers: int | None = None) -> Executor:
     """The executor that the environment asks for; else as many processes as workers, which share the processors."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of the processes that are started: as in every command
     if EXECUTOR in os.environ:
         return executor_from(os.environ)
     count = workers or workers_from(os.environ)
