@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from queue import Empty, SimpleQueue
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 from identification.compute.executor import Failed, Finished, Item, Outcomes, Tasks, Value, Value_co
 
@@ -19,7 +19,6 @@ class Future(Protocol[Value_co]):
     def exception(self) -> BaseException | None: ...
 
 
-AnyFuture = TypeVar("AnyFuture", bound=Future[object])
 Submit = Callable[[Item, Callable[[Future[Value]], None]], None]
 
 
