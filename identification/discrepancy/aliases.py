@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from identification.discrepancy.excess import excess_of
 from identification.discrepancy.explanation import Explanation, Traces
 from identification.discrepancy.naming import Compared
 from identification.discrepancy.shapes import shapes
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 
 Floats = NDArray[np.float64]
 

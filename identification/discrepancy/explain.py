@@ -39,7 +39,7 @@ from identification.discrepancy.where import Region, locate
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records, predict
 from identification.motion_noise import with_motion_noise
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model
 from identification.record import Record, compact, noise_without, same_load_cell
 from rigctl.runfile import Run

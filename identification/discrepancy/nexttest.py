@@ -19,7 +19,7 @@ from identification.discrepancy.signatures import orthonormal
 from identification.discrepancy.trials import Trial
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters, predict
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model
 from identification.record import Record, compact, record_from_run
 from rigctl.runfile import Run

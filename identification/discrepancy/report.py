@@ -17,7 +17,7 @@ from identification.discrepancy.aliases import aliases
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.explanation import Effect, Explanation, Verdict, report_data
 from identification.discrepancy.trials import Trial, allowance
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 from identification.physical.modelfile import write_model
 from rigctl.durable import replacing
 

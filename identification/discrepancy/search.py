@@ -12,7 +12,7 @@ from identification.discrepancy.naming import CLOSES, Search, climbed, explains,
 from identification.discrepancy.trials import HELPS, choose
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import refine_curves, shaped_like
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, Parameter
 from identification.record import Record
 

@@ -16,7 +16,7 @@ from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import FIT_ITERATIONS, FLAT, refined
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model
 from identification.physical.simulate import RIGID_STIFFNESS
 from identification.record import Record

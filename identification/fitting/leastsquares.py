@@ -13,7 +13,7 @@ from identification.compute import run_here
 from identification.errors import SimulationError
 from identification.physical.control import effective_current
 from identification.physical.elements import Code
-from identification.physical.model import CONTROL_GAINS, Element, Model, Parameter
+from identification.physical.model import Element, Model, Parameter
 from identification.physical.motion import Motion
 from identification.physical.simulate import simulate, without_hum
 from identification.record import Record
@@ -150,10 +150,8 @@ def free_parameters(model: Model, records: Sequence[Record]) -> Mask:
     current = any(r.has_current for r in records)
     free = model.free()
     for k, (e, index) in enumerate(model.slots()):
-        name = e.spec.parameters[index].name
-        if name in CONTROL_GAINS and not current:
-            free[k] = False
-        if e.spec.code == Code.HUM and name == "phase":
+        spec = e.spec.parameters[index]
+        if spec.of_run or (spec.gain and not current):
             free[k] = False
     return free
 

@@ -71,7 +71,9 @@ def _compared(model: Model, coarse: Floats, fine: Floats) -> NumericalError:
 
 
 def _order(model: Model) -> int:
-    events = any(e.spec.memory or e.name == "free_play" or _jumps(e) for e in model.elements)
+    events = any(
+        (e.spec.memory and e.spec.path == "core") or e.name == "free_play" or _jumps(e) for e in model.elements
+    )
     return _EVENTS if events else _SMOOTH
 
 

@@ -50,8 +50,8 @@ def pasted(function: Callable[..., Any]) -> Any:
 def digest(folder: Path) -> str:
     """What the sources of a folder say, in a few letters: the same wherever and whenever they were written."""
     found = hashlib.sha256()
-    for path in sorted(folder.glob("*.py")):
-        found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    for path in sorted(folder.rglob("*.py")):
+        found.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes() + b"\0")
     return found.hexdigest()[:12]
 
 

@@ -10,11 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import ModelError
-from identification.physical.catalogue import CATALOGUE
-from identification.physical.elements import PATHS, ElementSpec, Path
-
-CONTROL_GAINS = ("c_control", "alpha_control", "f_y_control", "F_t_control", "alpha1", "delta1")
-"""Parameters that act through the current: zero, or out of a fit's reach, where there is none."""
+from identification.physical.elements import CATALOGUE, PATHS, ElementSpec, Path
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,5 +165,4 @@ class Model:
 
 def is_controlled(e: Element) -> bool:
     """Whether a gain of the element on the current is not zero."""
-    gains = CONTROL_GAINS
-    return any(e.value(p.name) != 0.0 for p in e.spec.parameters if p.name in gains)
+    return any(p.value != 0.0 for spec, p in zip(e.spec.parameters, e.parameters, strict=True) if spec.gain)

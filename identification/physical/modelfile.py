@@ -9,8 +9,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from identification.errors import ModelError
-from identification.physical.catalogue import CATALOGUE
-from identification.physical.elements import PATHS, ElementSpec
+from identification.physical.elements import CATALOGUE, PATHS, ElementSpec
 from identification.physical.model import Element, Model, Parameter
 from rigctl.durable import replacing
 

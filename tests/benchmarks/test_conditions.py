@@ -12,7 +12,7 @@ from benchmarks.explain.terms import library
 from benchmarks.hidden import STANDARD, Case, Conditions, OutOfReach, case
 from identification.discrepancy.preparation import prepared
 from identification.fitting.leastsquares import fit_records
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 from identification.physical.modelfile import model_from_json
 from identification.record import compact
 

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from identification.discrepancy.candidates import admissible
 from identification.errors import ModelError
 from identification.physical.accuracy import numerical_error
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 from identification.physical.literature import LITERATURE, literature
 from identification.physical.model import Model, element
 from identification.physical.modelfile import read_model, write_model

@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from identification.errors import ModelError
-from identification.physical.catalogue import CATALOGUE
-from identification.physical.elements import ElementSpec
+from identification.physical.elements import CATALOGUE, ElementSpec
 from identification.physical.model import Model, element
 from identification.physical.modelfile import model_from_json, model_to_json, read_model, write_model
 

@@ -20,7 +20,7 @@ from identification.errors import DataError
 from identification.fitting import fit
 from identification.fitting.leastsquares import fit_records
 from identification.measures import score_signals
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, element
 from identification.physical.modelfile import read_model
 from identification.record import Record, compact, record_from_run

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from identification.errors import SimulationError
 from identification.physical.accuracy import numerical_error
-from identification.physical.catalogue import CATALOGUE
+from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, element
 from identification.physical.motion import Motion
 from identification.physical.simulate import simulate

@@ -1,0 +1,129 @@
+"""Rows of the damping family: a force over velocity, position and current at one moment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+from identification.physical.elements.spec import TINY, UNBOUNDED, ElementSpec, Family, ParameterSpec, Values
+
+if TYPE_CHECKING:
+    from identification.scales import Scales
+
+# What makes a force fall with speed may break a core loose behind its mount: once more, too faint for that.
+_FAINT = 0.1
+
+
+def _arctan_starts(s: Scales) -> Sequence[Values]:
+    return [{"F1": s.gap, "S": 1.0 / w, "d": 0.0} for w in (s.speeds[0], s.speeds[2])]
+
+
+def _piecewise_starts(s: Scales) -> Sequence[Values]:
+    return [{"c1": s.gap / w, "c2": 0.1 * s.gap / w, "f_r": s.gap} for w in (s.speeds[1], s.speeds[2])]
+
+
+def _valve_starts(s: Scales) -> Sequence[Values]:
+    slope, low, high = s.gap / s.v_rms, s.current_low, s.current_high
+    return [{"c_soft": 0.5 * slope, "c_firm": 1.5 * slope, "u_soft": low, "u_firm": high, "w_knee": s.speeds[3]}]
+
+
+def _relief_starts(s: Scales) -> Sequence[Values]:
+    # No more than what is missing: more would make a core fall with speed, break loose and take its time at it.
+    slope, knees = min(s.gap, 0.3 * s.force) / s.v_rms, (*s.speeds[1:], 0.6 * s.v_max)
+    return [*({"c_drop": slope, "w_knee": w} for w in knees), {"c_drop": _FAINT * slope, "w_knee": knees[-1]}]
+
+
+def _tanh_starts(s: Scales) -> Sequence[Values]:
+    return [{"alpha": s.gap, "alpha_control": 0.0, "beta": 1.0 / w, "delta": 0.2} for w in (s.speeds[0], s.speeds[1])]
+
+
+ROWS: Final = (
+    ElementSpec(
+        name="viscous_damping",
+        family=Family.DAMPING,
+        title="viscous damping",
+        equation="f = (c + c_control·u)·w",
+        parameters=(
+            ParameterSpec("c", "N·s/m"),
+            ParameterSpec("c_control", "N·s/(m·A)", UNBOUNDED, default=0.0, gain=True),
+        ),
+        starts=lambda s: [{"c": s.gap / s.v_rms, "c_control": 0.0}],
+        linear_in_velocity=True,
+    ),
+    ElementSpec(
+        name="arctan_damping",
+        family=Family.DAMPING,
+        title="saturating (arctan) damping",
+        equation="f = F1·(2/π)·arctan(S·w) + d·w + F2",
+        parameters=(
+            ParameterSpec("F1", "N"),
+            ParameterSpec("S", "s/m", TINY),
+            ParameterSpec("d", "N·s/m"),
+            ParameterSpec("F2", "N", UNBOUNDED, default=0.0, outside=True),
+        ),
+        starts=_arctan_starts,
+    ),
+    ElementSpec(
+        name="piecewise_linear_damping",
+        family=Family.DAMPING,
+        title="piecewise-linear damping",
+        equation="f = c1·w while |c1·w| < f_r, beyond it sgn(w)·(1 − c2/c1)·f_r + c2·w",
+        parameters=(ParameterSpec("c1", "N·s/m", TINY), ParameterSpec("c2", "N·s/m"), ParameterSpec("f_r", "N")),
+        starts=_piecewise_starts,
+    ),
+    ElementSpec(
+        name="valve_damping",
+        family=Family.DAMPING,
+        title="controlled valve damping",
+        equation="f = c(u)·w/√(1 + (w/w_knee)²), c from c_soft at u_soft to c_firm at u_firm",
+        parameters=(
+            ParameterSpec("c_soft", "N·s/m"),
+            ParameterSpec("c_firm", "N·s/m"),
+            ParameterSpec("u_soft", "A", UNBOUNDED),
+            ParameterSpec("u_firm", "A", UNBOUNDED),
+            ParameterSpec("w_knee", "m/s", TINY),
+        ),
+        starts=_valve_starts,
+        needs_current=True,
+    ),
+    ElementSpec(
+        name="quadratic_damping",
+        family=Family.DAMPING,
+        title="quadratic (orifice) damping",
+        equation="f = q·w·|w|",
+        parameters=(ParameterSpec("q", "N·s²/m²"),),
+        starts=lambda s: [{"q": s.gap / s.v_rms**2}],
+    ),
+    ElementSpec(
+        name="relief_valve",
+        family=Family.DAMPING,
+        title="relief valve",
+        equation="f = −c_drop·sgn(w)·max(0, |w| − w_knee)",
+        parameters=(ParameterSpec("c_drop", "N·s/m"), ParameterSpec("w_knee", "m/s", TINY)),
+        starts=_relief_starts,
+    ),
+    ElementSpec(
+        name="damping_asymmetry",
+        family=Family.DAMPING,
+        title="rebound–compression asymmetry",
+        equation="f = c_a·|w|",
+        parameters=(ParameterSpec("c_a", "N·s/m", UNBOUNDED),),
+        starts=lambda s: [{"c_a": part * s.gap / s.v_rms} for part in (1.0, _FAINT)],
+    ),
+    ElementSpec(
+        name="tanh_hysteresis",
+        family=Family.DAMPING,
+        title="hyperbolic-tangent hysteresis",
+        equation="f = (alpha + alpha_control·u)·tanh(beta·w + delta·sgn(z))",
+        parameters=(
+            ParameterSpec("alpha", "N"),
+            ParameterSpec("alpha_control", "N/A", UNBOUNDED, default=0.0, gain=True),
+            ParameterSpec("beta", "s/m", TINY),
+            ParameterSpec("delta", "–"),
+            # A measured hysteresis turns over across a displacement z_r; the canonical form does so at one point.
+            ParameterSpec("z_r", "m", default=0.0, refinement=True),
+        ),
+        starts=_tanh_starts,
+        by_position=True,
+    ),
+)

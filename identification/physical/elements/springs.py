@@ -1,0 +1,50 @@
+"""Rows of the spring family: forces over position that store energy, outside the dissipative sum."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from identification.physical.elements.spec import TINY, UNBOUNDED, ElementSpec, Family, ParameterSpec
+
+ROWS: Final = (
+    ElementSpec(
+        name="linear_stiffness",
+        family=Family.SPRING,
+        title="linear stiffness",
+        equation="f = k·z",
+        parameters=(ParameterSpec("k", "N/m"),),
+        starts=lambda s: [{"k": s.gap / s.x_rms}],
+        linear_in_velocity=True,
+    ),
+    ElementSpec(
+        name="cubic_stiffness",
+        family=Family.SPRING,
+        title="cubic stiffness",
+        equation="f = k3·z³",
+        parameters=(ParameterSpec("k3", "N/m³", UNBOUNDED),),
+        starts=lambda s: [{"k3": s.gap / s.x_rms**3}],
+        linear_in_velocity=True,
+    ),
+    ElementSpec(
+        name="gas_spring",
+        family=Family.SPRING,
+        title="gas spring",
+        equation="f = −f0·(1 + z/length)^(−n)",
+        parameters=(
+            ParameterSpec("f0", "N"),
+            ParameterSpec("length", "m", TINY),
+            ParameterSpec("n", "–", TINY, high=5.0),
+        ),
+        starts=lambda s: [{"f0": s.gap, "length": part * s.x_max, "n": 1.3} for part in (2.5, 1.3)],
+        linear_in_velocity=True,
+    ),
+    ElementSpec(
+        name="end_stop",
+        family=Family.SPRING,
+        title="end stop",
+        equation="f = k·max(0, z − z_max) − k·max(0, −z_max − z)",
+        parameters=(ParameterSpec("k", "N/m"), ParameterSpec("z_max", "m")),
+        starts=lambda s: [{"k": s.force / s.x_max, "z_max": part * s.x_max} for part in (0.45, 0.65, 0.85)],
+        linear_in_velocity=True,
+    ),
+)
