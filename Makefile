@@ -30,14 +30,14 @@ check: setup
 bench-explain: setup
 	$(BIN)/python -m benchmarks.explain
 	$(BIN)/python -m benchmarks.explain.autopilot
-	$(BIN)/python -m benchmarks.explain.breakdown --workers 2
+	$(BIN)/python -m benchmarks.explain.breakdown
 
 bench: setup
 	$(BIN)/python -m benchmarks
 
 # Pins every dependency by name and hash, for every platform, and no address; needs `uv` on the PATH.
 lock:
-	uv pip compile pyproject.toml --extra postgresql --extra fmu --group dev --universal --python-version 3.11 \
+	uv pip compile pyproject.toml --extra postgresql --extra fmu --extra dask --group dev --universal --python-version 3.11 \
 	  --generate-hashes --no-annotate --no-header --no-emit-index-url --no-emit-find-links --output-file requirements/lock.txt
 
 clean:

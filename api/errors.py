@@ -17,7 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from excitation.errors import ExcitationError
-from identification.errors import IdentificationError
+from identification.errors import IdentificationError, WorkerLost
 from rigctl.errors import IdentityError, IterationError, LimitError, RigError, RunFileError, TransportError, UrlError
 from sim_rig.errors import FaultError, SimRigError, SkewError, SpecimenError, SpeedError
 
@@ -96,6 +96,7 @@ OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (InputError, _BAD_INPUT),
     (NewerStore, Outcome(503, 2)),
     (StoreError, Outcome(503, 1)),
+    (WorkerLost, Outcome(503, 1)),
     (LeaseLost, Outcome(503, 1)),
     (ProcessError, Outcome(500, 1)),
     (ExcitationError, _BAD_INPUT),

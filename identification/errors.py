@@ -6,7 +6,11 @@ IdentificationError
 ├── DataError           runs that can't be used for what is asked of them
 ├── SimulationError     the model can't run on this input
 ├── ReportFileError     a file of a report that can't be drawn from
-└── OutputError         a page or a table that can't be written
+├── OutputError         a page or a table that can't be written
+└── ComputeError        there is no such executor, or nobody answers there
+    └── WorkerLost      a process or a cluster ended before its tasks did
+
+Cancelled               whoever asked for the work no longer wants it
 """
 
 
@@ -36,3 +40,15 @@ class ReportFileError(IdentificationError):
 
 class OutputError(IdentificationError):
     """A page or a table that can't be written."""
+
+
+class ComputeError(IdentificationError):
+    """An executor that does not exist or does not answer."""
+
+
+class WorkerLost(ComputeError):
+    """A process or a cluster that ended before its tasks did."""
+
+
+class Cancelled(Exception):
+    """The work was cancelled by whoever asked for it."""

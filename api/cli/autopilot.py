@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -34,6 +35,7 @@ def autopilot(
     from api.campaigns.autopilot import autopilot as fly
     from api.cli.explain import in_words
     from api.cli.terminal import answer, progress_bar
+    from identification.compute import chosen
     from identification.discrepancy import explain, report_data, write_report
     from identification.physical.modelfile import read_model
     from rigctl.player import connect, play
@@ -64,7 +66,8 @@ def autopilot(
             write_report(made.found, output)  # what is known so far stays, whatever happens to the next test
             typer.echo(_in_a_line(made), err=True)
 
-        rounds = fly(measured, explain=explained, play=played, budget_s=budget, on_round=told)
+        with chosen(os.environ):
+            rounds = fly(measured, explain=explained, play=played, budget_s=budget, on_round=told)
     finally:
         transport.close()
     report = report_data(rounds[-1].found)

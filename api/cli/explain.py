@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -37,6 +38,7 @@ def explain(
     Example: damper-rig explain model.json runs/*.h5 --held-out check.h5 -o report
     """
     from api.cli.terminal import answer, progress_bar, warn
+    from identification.compute import chosen
     from identification.discrepancy import explain as explain_gap
     from identification.discrepancy import report_data, write_report
     from identification.discrepancy.foreign import as_base
@@ -54,7 +56,7 @@ def explain(
         with progress_bar("simulating") as tell:
             base, driven = as_base(given, [*measured, *kept], on_progress=tell)
         measured, kept = driven[: len(measured)], driven[len(measured) :]
-    with progress_bar("explaining") as tell:
+    with chosen(os.environ), progress_bar("explaining") as tell:
         found = explain_gap(base, measured, kept or None, on_progress=lambda text, done: tell(done, text))
     warn([*measured, *kept])  # now that they are accepted: what is refused is told in one line
     options = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "--fmu-output": [fmu_output]}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from math import isfinite
 from pathlib import Path
@@ -38,6 +39,7 @@ def fit(
     Example: damper-rig fit model.json runs/*.h5 -o fitted.json
     """
     from api.cli.terminal import answer, progress_bar, warn
+    from identification.compute import chosen
     from identification.fitting import fit as fit_model
     from identification.fitting import profile
     from identification.physical.modelfile import read_model, write_model
@@ -47,7 +49,7 @@ def fit(
     start = read_model(model)
     measured = [read_run(path) for path in runs]
     warn(measured)
-    with progress_bar("fitting") as tell:
+    with chosen(os.environ), progress_bar("fitting") as tell:
         result = fit_model(
             start,
             measured,

@@ -41,6 +41,7 @@ def _do(given: dict[str, Any]) -> dict[str, Any]:
     # Any: JSON, made by api.jobs.process and nobody else
     from api.jobs.kind import Task
     from api.jobs.kinds import find_kind
+    from identification.compute import chosen
 
     kind = find_kind(given["kind"])
     task = Task(
@@ -53,7 +54,8 @@ def _do(given: dict[str, Any]) -> dict[str, Any]:
         return {}
     folder = Path(given["folder"])
     folder.mkdir(parents=True, exist_ok=True)
-    return kind.run(task, folder, lambda done, text: _say({"done": done, "text": text}))
+    with chosen(os.environ):
+        return kind.run(task, folder, lambda done, text: _say({"done": done, "text": text}))
 
 
 def _say(line: dict[str, Any]) -> None:

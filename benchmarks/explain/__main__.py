@@ -6,12 +6,12 @@ Outcomes are appended to DIR/outcomes.jsonl as they come; a case that the file h
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 
 from benchmarks.explain.judge import Outcome, judge
-from benchmarks.explain.outcomes import collect, read
+from benchmarks.explain.outcomes import collect, executor_for_cases, read
 from benchmarks.explain.summary import right, summary, write_picture
 from benchmarks.hidden import KINDS
 
@@ -45,12 +45,13 @@ def main() -> None:
         "cases", nargs="*", default=list(GOAL_CASES), help="KIND:FIRST:END; default: the cases of the goals"
     )
     parser.add_argument("-o", "--output", type=Path, default=Path("bench-explain"))
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--workers", type=int, help="cases at once; without it, DAMPER_RIG_WORKERS or one a processor")
     arguments = parser.parse_args()
     path = arguments.output / "outcomes.jsonl"
     cases = wanted(arguments.cases)
     done = {(o["kind"], o["seed"]) for o in read(path)}
-    collect(judge, [c for c in cases if c not in done], path, arguments.workers, in_a_line)
+    with closing(executor_for_cases(arguments.workers)) as executor:
+        collect(judge, [c for c in cases if c not in done], path, executor, in_a_line)
     outcomes = [o for o in read(path) if (o["kind"], o["seed"]) in set(cases)]
     print(summary(outcomes))
     write_picture(outcomes, arguments.output / "naming.html")

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 
 from api.campaigns.autopilot import autopilot, settled
 from benchmarks.explain.judge import Outcome
-from benchmarks.explain.outcomes import collect, read
+from benchmarks.explain.outcomes import collect, executor_for_cases, read
 from benchmarks.hidden import Bench, bench
 from excitation.plan import Test
 from identification.discrepancy import Explanation, explain
@@ -114,13 +115,14 @@ def main() -> None:
     parser.add_argument("--seeds", default="9500:9540", help="FIRST:END of the specimens")
     parser.add_argument("--kind", default="single")
     parser.add_argument("-o", "--output", type=Path, default=Path("bench-explain"))
-    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--workers", type=int, help="cases at once; without it, DAMPER_RIG_WORKERS or one a processor")
     arguments = parser.parse_args()
     path = arguments.output / "autopilot.jsonl"
     seeds = range(*(int(text) for text in arguments.seeds.split(":")))
     done = {(o["kind"], o["seed"]) for o in read(path)}
     todo = [(arguments.kind, seed) for seed in seeds if (arguments.kind, seed) not in done]
-    collect(both_ways, todo, path, arguments.workers, in_a_line)
+    with closing(executor_for_cases(arguments.workers)) as executor:
+        collect(both_ways, todo, path, executor, in_a_line)
     print(summary([o for o in read(path) if o["kind"] == arguments.kind and o["seed"] in seeds]))
 
 

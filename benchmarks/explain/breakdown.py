@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from benchmarks.explain.judge import Outcome, judge
-from benchmarks.explain.outcomes import collect, read
+from benchmarks.explain.outcomes import collect, executor_for_cases, read
 from benchmarks.explain.summary import CONFIDENT, right
 from benchmarks.hidden import STANDARD, Conditions, OutOfReach
 
@@ -111,13 +112,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.explain.breakdown", description=__doc__)
     parser.add_argument("--seeds", default="7000:7024", help="FIRST:END")
     parser.add_argument("-o", "--output", type=Path, default=Path("bench-explain"))
-    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--workers", type=int, help="cases at once; without it, DAMPER_RIG_WORKERS or one a processor")
     arguments = parser.parse_args()
     path = arguments.output / "breakdown.jsonl"
     seeds = range(*(int(n) for n in arguments.seeds.split(":")))
     done = read(path)
     todo = [(seed, *point) for seed in seeds for point in points_left(seed, done)]
-    collect(judged, todo, path, arguments.workers, in_a_line)
+    with closing(executor_for_cases(arguments.workers)) as executor:
+        collect(judged, todo, path, executor, in_a_line)
     outcomes = [o for o in read(path) if o["seed"] in seeds]
     print(table(outcomes))
     page = arguments.output / "breakdown.html"

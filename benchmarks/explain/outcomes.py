@@ -5,13 +5,21 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context, parent_process
+from functools import partial
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 from benchmarks.explain.judge import Outcome
+from identification.compute import (
+    EXECUTOR,
+    Executor,
+    Processes,
+    available_workers,
+    executor_from,
+    finished,
+    using,
+    workers_from,
+)
 
 
 def read(path: Path) -> list[Outcome]:
@@ -24,7 +32,7 @@ def collect(
     judge: Callable[..., Outcome],
     todo: Sequence[tuple[Any, ...]],
     path: Path,
-    workers: int,
+    executor: Executor,
     in_a_line: Callable[[Outcome], str],
 ) -> None:
     """Append `judge(*arguments)` to `path` for all of `todo`, in parallel, and print each in a line.
@@ -32,27 +40,21 @@ def collect(
     The first that raises ends it: nobody would keep what the others still come to.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    with (
-        ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_end_with_parent) as pool,
-        path.open("a", encoding="utf-8") as file,
-    ):
-        waiting = [pool.submit(judge, *arguments) for arguments in todo]
-        try:
-            for number, done in enumerate(as_completed(waiting), 1):
-                outcome = done.result()
-                file.write(json.dumps(outcome) + "\n")
-                file.flush()
-                print(f"{number}/{len(todo)} {in_a_line(outcome)}", flush=True)
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+    with path.open("a", encoding="utf-8") as file, using(executor):
+        for number, (_, outcome) in enumerate(finished(partial(_judged, judge=judge), todo), 1):
+            file.write(json.dumps(outcome) + "\n")
+            file.flush()
+            print(f"{number}/{len(todo)} {in_a_line(outcome)}", flush=True)
 
 
-def _end_with_parent() -> None:
-    """A worker must not go on for hours when whoever would keep its outcomes was killed."""
+def executor_for_cases(workers: int | None = None) -> Executor:
+    """The executor that the environment asks for; else as many processes as workers, which share the processors."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of the processes that are started: as in every command
+    if EXECUTOR in os.environ:
+        return executor_from(os.environ)
+    count = workers or workers_from(os.environ)
+    return Processes(count, threads_each=max(1, available_workers() // count))
 
-    def watch() -> None:
-        if parent := parent_process():
-            parent.join()
-            os._exit(1)
 
-    Thread(target=watch, daemon=True).start()
+def _judged(arguments: tuple[Any, ...], judge: Callable[..., Outcome]) -> Outcome:
+    return judge(*arguments)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from benchmarks.explain.__main__ import wanted
 from benchmarks.explain.judge import Outcome, judge
-from benchmarks.explain.outcomes import collect, read
+from benchmarks.explain.outcomes import collect, executor_for_cases, read
 from benchmarks.explain.summary import CONFIDENT
 from benchmarks.explain.terms import library
 from benchmarks.hidden import case
@@ -164,7 +165,8 @@ def main() -> None:
     path = arguments.output / "sindy.jsonl"
     cases = wanted(arguments.cases)
     done = {(o["kind"], o["seed"]) for o in read(path)}
-    collect(compared, [c for c in cases if c not in done], path, 1, in_a_line)
+    with closing(executor_for_cases(1)) as executor:
+        collect(compared, [c for c in cases if c not in done], path, executor, in_a_line)
     print(table([o for o in read(path) if (o["kind"], o["seed"]) in set(cases)]))
 
 

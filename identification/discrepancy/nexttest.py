@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from excitation.plan import test_from_config
+from identification.compute import run, run_here
 from identification.discrepancy.explanation import NextTest
 from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import orthonormal
 from identification.discrepancy.trials import Trial
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters
-from identification.fitting.parallel import side_by_side
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model
 from identification.physical.predict import predict
@@ -50,7 +51,7 @@ def propose(found: Search, doubted: str | None, records: Sequence[Record]) -> Ne
     unseen, worth = _unseen(records), list[tuple[float, Mapping[str, Any]]]()
     with suppress(SimulationError):
         known = _known(best, rival, records)
-        values = side_by_side(lambda imagined: _worth(best, rival, known, imagined[1]), unseen)
+        values = run(partial(_worth, best, rival, known), [record for _, record in unseen])
         worth = [(value, config) for value, (config, _) in zip(values, unseen, strict=True) if value is not None]
     if not worth:
         return _explore(unseen, records)
@@ -172,7 +173,7 @@ class _Known:
 
 def _known(best: Model, rival: Model, records: Sequence[Record]) -> _Known:
     free = free_parameters(rival, records)
-    pairs = side_by_side(lambda record: _difference(best, rival, free, record), records)
+    pairs = run_here(partial(_difference, best, rival, free), records)
     orthogonal, triangle = np.linalg.qr(np.concatenate([gradient for gradient, _ in pairs]))
     return _Known(free, triangle, orthogonal.T @ np.concatenate([apart for _, apart in pairs]))
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.compute import run
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Evaluation, evaluate, free_parameters
-from identification.fitting.parallel import side_by_side
 from identification.physical.model import Element, Model
 from identification.physical.predict import predict
 from identification.record import Record
@@ -100,7 +101,7 @@ def signature(model: Model, trial: Element, records: Sequence[Record], at: Tange
 
 def screen(model: Model, trials: Sequence[Element], records: Sequence[Record], at: Tangent) -> list[Signature]:
     """Signatures of all trials, the most telling first."""
-    found = side_by_side(lambda trial: signature(model, trial, records, at), trials)
+    found = run(partial(signature, model, records=records, at=at), trials)
     return sorted(found, key=lambda s: -s.share)
 
 

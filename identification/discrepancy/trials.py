@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from identification.compute import run
 from identification.discrepancy.candidates import admissible, falling_from, guesses
 from identification.discrepancy.excess import contribution, excess_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.fitting.parallel import side_by_side
 from identification.fitting.refine import FIT_ITERATIONS, FLAT, refined
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model
@@ -149,7 +150,7 @@ def trials(
     leader = min((c.sprint for c in candidates), key=_merit, default=start)
     before, best = _excess_on(start, records, few), excess_of(leader)
     round_ = _Round(start=start, given=given, records=records, few=few, before=before, best=best)
-    found = [t for t in side_by_side(lambda c: _fitted(c, round_), candidates) if t is not None]
+    found = [t for t in run(partial(_fitted, its=round_), candidates) if t is not None]
     return [_grown(t, found, start, records, few) if contradicts_itself(t) else t for t in found]
 
 
@@ -215,7 +216,7 @@ def _excess_on(fit: Fit, records: Sequence[Record], some: Sequence[Record]) -> f
 
 def _sprints(starts: Sequence[Model], few: Sequence[Record]) -> list[Fit | None]:
     """What each start comes to in a few iterations; None for one that can't run."""
-    return side_by_side(lambda start: _sprint(start, few), starts)
+    return run(partial(_sprint, few=few), starts)
 
 
 def _sprinted(starts: Sequence[Model], few: Sequence[Record]) -> list[Fit]:

@@ -24,9 +24,9 @@ from identification.discrepancy.signatures import tangent
 from identification.discrepancy.where import Region, locate
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.physical.predict import predict
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model
+from identification.physical.predict import predict
 from identification.record import Record
 from identification.report.page_data import Profile
 

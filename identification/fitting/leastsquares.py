@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.compute import run_here
 from identification.errors import SimulationError
 from identification.physical.model import Model
 from identification.physical.predict import RUNAWAY, predict
@@ -21,7 +21,6 @@ Mask = NDArray[np.bool_]
 _SHRINK = 5.0  # a parameter that must stay above zero may lose at most this factor in a step
 _DAMPINGS = 10
 _UNSEEN = 1e-200  # a sum of squares from which no finite variance follows
-_WORKERS = 2  # the solver releases the interpreter lock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,12 +53,6 @@ class Evaluation:
     gradients: tuple[Floats, ...]
 
 
-@cache
-def _pool() -> ThreadPoolExecutor:
-    """One pool for all evaluations: to start its threads anew for each took an eighth of a search."""
-    return ThreadPoolExecutor(_WORKERS, thread_name_prefix="evaluate")
-
-
 def evaluate(model: Model, records: Sequence[Record], free: Mask) -> Evaluation:
     """Residuals (M,), N, and gradients of the force (M, K) for every record, computed in parallel.
 
@@ -68,16 +61,17 @@ def evaluate(model: Model, records: Sequence[Record], free: Mask) -> Evaluation:
     SimulationError
         when the model gives no finite force on one of the records.
     """
-
-    def one(record: Record) -> tuple[Floats, Floats]:
-        force, gradient = predict(model, record, gradient=free)
-        assert gradient is not None
-        if not np.max(np.abs(gradient), initial=0.0) < RUNAWAY:
-            raise SimulationError(f"'{model.name}' runs away on {record.name}: its gradient overflows")
-        return record.measured - force, gradient
-
-    pairs = [one(records[0])] if len(records) == 1 else list(_pool().map(one, records))
+    pairs = run_here(partial(_residual, model, free), records)
     return Evaluation(tuple(r for r, _ in pairs), tuple(g for _, g in pairs))
+
+
+def _residual(model: Model, free: Mask, record: Record) -> tuple[Floats, Floats]:
+    """Residual (M,), N, and gradient of the force (M, K) on one record."""
+    force, gradient = predict(model, record, gradient=free)
+    assert gradient is not None
+    if not np.max(np.abs(gradient), initial=0.0) < RUNAWAY:
+        raise SimulationError(f"'{model.name}' runs away on {record.name}: its gradient overflows")
+    return record.measured - force, gradient
 
 
 def free_parameters(model: Model, records: Sequence[Record]) -> Mask:

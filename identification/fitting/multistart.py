@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.compute import run
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records, free_parameters
 from identification.physical.model import Model
@@ -62,16 +64,19 @@ def fit_from_many(
     """
     free = free_parameters(model, records)
     small = [compact(r) for r in records]
-    tried: list[tuple[float, Model]] = []
-    for number, start in enumerate(starts(model, free, count, spread=spread, seed=seed)):
-        try:
-            found = fit_records(start, small, max_iterations=_COARSE_STEPS, tolerance=1e-3, robust=robust)
-            tried.append((found.chi2, found.model))
-        except SimulationError:
-            tried.append((np.inf, start))
-        if on_start is not None:
-            on_start(number + 1)
+    many = starts(model, free, count, spread=spread, seed=seed)
+    tell = None if on_start is None else lambda done, _: on_start(done)
+    tried = run(partial(_tried, records=small, robust=robust), many, on_done=tell)
     best = min(tried, key=lambda pair: pair[0])
     costs = tuple(cost for cost, _ in tried)
     fit = fit_records(best[1], records, robust=robust)
     return ManyFits(best=fit, costs=costs, met=sum(cost <= _SAME * best[0] for cost in costs))
+
+
+def _tried(start: Model, records: Sequence[Record], robust: float | None) -> tuple[float, Model]:
+    """What one start comes to in a few steps: cost and model; infinite where it runs away."""
+    try:
+        found = fit_records(start, records, max_iterations=_COARSE_STEPS, tolerance=1e-3, robust=robust)
+    except SimulationError:
+        return np.inf, start
+    return found.chi2, found.model

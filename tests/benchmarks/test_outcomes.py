@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
-from benchmarks.explain.outcomes import collect, read
+from benchmarks.explain.outcomes import collect, executor_for_cases, read
 
 
 def judge(seed: int, folder: str) -> dict[str, int]:
@@ -23,8 +24,8 @@ def in_a_line(outcome: dict[str, int]) -> str:
 
 def test_a_case_that_fails_ends_the_run_and_what_came_before_is_kept(tmp_path: Path) -> None:
     path = tmp_path / "outcomes.jsonl"
-    with pytest.raises(ValueError, match="no machine"):
-        collect(judge, [(seed, str(tmp_path)) for seed in range(2000)], path, 1, in_a_line)
+    with closing(executor_for_cases(1)) as executor, pytest.raises(ValueError, match="no machine"):
+        collect(judge, [(seed, str(tmp_path)) for seed in range(2000)], path, executor, in_a_line)
     assert read(path) == [{"seed": 0}]
     assert len(list(tmp_path.glob("tried *"))) < 1999, "what nobody would keep was not worked out"
 

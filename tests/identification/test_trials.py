@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import replace
 
 import numpy as np
@@ -10,34 +9,12 @@ import pytest
 
 from identification.discrepancy import nexttest, trials
 from identification.discrepancy.candidates import guesses
-from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, fit_records, free_parameters
-from identification.fitting.parallel import side_by_side
 from identification.physical.model import element
 from identification.physical.predict import predict
 from identification.scales import scales_of
 from tests.identification.specimens import AS_SIMULATED as BASE
 from tests.identification.specimens import records_with
-
-
-def test_tasks_side_by_side_run_at_once_and_come_back_in_order() -> None:
-    met = threading.Barrier(2, timeout=10.0)
-
-    def task(k: int) -> int:
-        met.wait()
-        return k * k
-
-    assert side_by_side(task, [3, 4]) == [9, 16]
-
-
-def test_the_first_task_that_fails_is_told() -> None:
-    def task(k: int) -> int:
-        if k == 1:
-            raise SimulationError("runs away")
-        return k
-
-    with pytest.raises(SimulationError, match="runs away"):
-        side_by_side(task, [0, 1, 2])
 
 
 def test_of_fits_that_came_to_the_same_place_the_best_is_kept() -> None:
