@@ -29,7 +29,7 @@ from identification.discrepancy.explanation import (
     gaps_of,
 )
 from identification.discrepancy.hum import Hum, find_hum, hum_in
-from identification.discrepancy.naming import Search, one_delay, one_joint
+from identification.discrepancy.naming import Compared, Search, without_departures
 from identification.discrepancy.nexttest import propose
 from identification.discrepancy.notes import coarse, finer, of_runs, tared_apart, unnamed
 from identification.discrepancy.preparation import prepared
@@ -39,8 +39,8 @@ from identification.discrepancy.where import Region, locate
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records, predict
 from identification.motion_noise import with_motion_noise
-from identification.physical.elements import CATALOGUE
-from identification.physical.model import Element, Model
+from identification.physical.elements import CATALOGUE, TONE
+from identification.physical.model import Element, Model, name_of
 from identification.record import Record, compact, noise_without, same_load_cell
 from rigctl.runfile import Run
 
@@ -117,14 +117,14 @@ def _named(
     say("looking for what is missing", 0.2)
     found = search(model, base, quiet, on_progress=lambda text: say(text, 0.4))
     found, evidence = _through_the_gates(found, quiet)
-    found = one_delay(one_joint(found, quiet))
+    found = without_departures(found, quiet)
     evidence = [e for e in evidence if e.name in found.names]
     return _Named(base=base, found=found, evidence=evidence, hum=hum, train=train, held=held, quiet=quiet)
 
 
 def _hum_beside(model: Model, train: Sequence[Record]) -> Hum | None:
     """Mains hum, if all runs share one that the model has not."""
-    if model.has("mains_hum"):
+    if model.has(TONE.name):
         return None
     return find_hum([r.measured - predict(model, r)[0] for r in train], train)
 
@@ -179,7 +179,7 @@ def _conclude(given: Model, named: _Named, say: Progress) -> Explanation:
     train, held, quiet = named.train, named.held, named.quiet
     shaped = found.fit.model != base.model
     grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
-    mine = [e.name in found.names or not base.model.has(e.name) for e in grown.elements]
+    mine = [e.id in found.names or e.id not in base.model.ids for e in grown.elements]
     grown = replace(grown, elements=tuple(unlimited(e) if m else e for e, m in zip(grown.elements, mine, strict=True)))
     final = fit_records(grown, train, max_iterations=12) if (found.names or hum or shaped) else base
     full_base = fit_records(base.model, train, max_iterations=8)
@@ -187,7 +187,7 @@ def _conclude(given: Model, named: _Named, say: Progress) -> Explanation:
     traces += [_trace(r, given, full_base.model, final.model, held_out=True) for r in held]
     forces = [(t.as_given, t.refitted, t.final) for t in traces]
     in_train, in_held = gaps_of(train, forces[: len(train)]), gaps_of(held, forces[len(train) :])
-    names = found.names + (("mains_hum",) if hum else ())
+    names = found.names + ((TONE.name,) if hum else ())
     left = _left_over(found, hum, quiet) or not _carries_over(in_held)
     verdict = _verdict(found, names, left, quiet)
     regions, profiles = locate([r.measured - predict(base.model, r)[0] for r in quiet], quiet)
@@ -211,7 +211,7 @@ def _conclude(given: Model, named: _Named, say: Progress) -> Explanation:
         base=full_base,
         model=replace(final.model, name=_name(given, names)),
         moves=found.moves,
-        compared={name: found.compared[name] for name in found.names},
+        compared={name_of(n): _by_name(found.compared[n]) for n in found.names},
         traces=tuple(traces),
         notes=(
             *of_runs(train, held),
@@ -221,6 +221,11 @@ def _conclude(given: Model, named: _Named, say: Progress) -> Explanation:
             *coarse(final.model, quiet),
         ),
     )
+
+
+def _by_name(compared: Compared) -> Compared:
+    """The same for a reader, who knows names and no ids."""
+    return replace(compared, beside=tuple(name_of(n) for n in compared.beside))
 
 
 def _in_doubt(verdict: Verdict, effects: Sequence[Effect], runs: int) -> bool:
@@ -269,11 +274,11 @@ def _effects(
 ) -> tuple[Effect, ...]:
     out, gap_after = [], gaps.final
     for e in evidence:
-        element = next(x for x in reversed(final.model.elements) if x.name == e.name)
+        element = final.model.element(e.name)
         before = max(_gap(found.compared[e.name].without.model, hum, records), gap_after)
         out.append(_effect(element, e.confidence, e.alternatives, before, gap_after, e))
     if hum is not None:
-        element = next(x for x in final.model.elements if x.name == "mains_hum")
+        element = final.model.element(TONE.name)
         before = float(np.hypot(gap_after, hum.amplitude / np.sqrt(2.0)))
         belief = {1: ONE_RUN, 2: TWO_RUNS}.get(len(records), 0.99)
         out.append(_effect(element, belief, (), before, gap_after, None))
@@ -348,9 +353,9 @@ def _nearest(found: Search) -> str:
     if not found.moves:
         return ""
     best = min(found.moves[0].rivals, key=lambda t: t.excess)
-    title = CATALOGUE[best.name].title
+    title = best.own.spec.title
     return f"; nearest in shape is {title}, but its strength differs from run to run"
 
 
 def _name(given: Model, names: Sequence[str]) -> str:
-    return given.name if not names else f"{given.name} + {', '.join(CATALOGUE[n].title for n in names)}"
+    return given.name if not names else f"{given.name} + {', '.join(CATALOGUE[name_of(n)].title for n in names)}"

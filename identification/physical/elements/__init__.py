@@ -1,17 +1,36 @@
 """The elements of a damper model: their rows, the catalogue of all rows, and their compiled equations."""
 
-from identification.physical.elements.catalogue import CATALOGUE
+from identification.physical.elements.catalogue import CATALOGUE, TONE
 from identification.physical.elements.codes import Code
-from identification.physical.elements.spec import PATHS, ElementSpec, Family, ParameterSpec, Path, Starts, Values
+from identification.physical.elements.spec import (
+    PATHS,
+    Curve,
+    Departure,
+    ElementSpec,
+    Family,
+    Growth,
+    ParameterSpec,
+    Path,
+    Remedy,
+    Starts,
+    Surroundings,
+    Values,
+)
 
 __all__ = [
     "CATALOGUE",
     "PATHS",
+    "TONE",
     "Code",
+    "Curve",
+    "Departure",
     "ElementSpec",
     "Family",
+    "Growth",
     "ParameterSpec",
     "Path",
+    "Remedy",
     "Starts",
+    "Surroundings",
     "Values",
 ]
