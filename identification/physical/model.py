@@ -42,7 +42,8 @@ class Element:
     def __post_init__(self) -> None:
         if self.name not in CATALOGUE:
             raise ModelError(f"element '{self.name}' is not in the catalogue: use one of {', '.join(CATALOGUE)}")
-        object.__setattr__(self, "id", self.id or self.name)
+        if not self.id:
+            object.__setattr__(self, "id", self.name)
         if self.id != self.name and not _LABELLED.fullmatch(self.id.removeprefix(self.name)):
             raise ModelError(f"id '{self.id}' is none of a '{self.name}': use '{self.name}' or '{self.name}#label'")
         if len(self.parameters) != len(self.spec.parameters):
@@ -211,13 +212,15 @@ class Model:
         elements, i = [], 0
         for e in self.elements:
             n = len(e.parameters)
-            elements.append(replace(e, parameters=tuple(change(p, i + k) for k, p in enumerate(e.parameters))))
+            elements.append(Element(e.name, tuple(change(p, i + k) for k, p in enumerate(e.parameters)), e.id))
             i += n
         return replace(self, elements=tuple(elements))
 
 
-def _told_apart(elements: Sequence[Element]) -> list[Element]:
+def _told_apart(elements: Sequence[Element]) -> Sequence[Element]:
     """The elements with an id each; raises ModelError where two were given the same label."""
+    if len({e.id for e in elements}) == len(elements):
+        return elements
     labelled = [e.id for e in elements if e.id != e.name]
     twice = {i for i in labelled if labelled.count(i) > 1}
     if twice:

@@ -104,6 +104,32 @@ def test_an_effect_is_named_on_top_of_a_simulation_of_any_other_program() -> Non
     assert any("out of reach" in note for note in found.notes)
 
 
+def test_of_two_of_a_kind_the_one_that_was_missing_is_named(tmp_path: Path) -> None:
+    theirs = fit(BASE, campaign("none", seed=3)[0]).model
+    train, held = (
+        [
+            with_channel(
+                with_channel(r, "force_simulated", simulate_run(theirs, r), "N"),
+                "force",
+                r.channels["force"] + 400.0 * np.gradient(r.channels["displacement"], 1.0 / r.sample_rate_hz),
+                "N",
+            )
+            for r in runs
+        ]
+        for runs in campaign("none", seed=3)
+    )
+    found = explain(None, train, held)
+    (effect,) = found.effects
+    assert effect.element == "viscous_damping"
+    assert effect.evidence is not None
+    assert effect.evidence.name == "viscous_damping#2"
+    assert found.model.ids == ("viscous_damping", "viscous_damping#2")
+    assert found.model.element("viscous_damping#2").value("c") == pytest.approx(400.0, rel=0.02)
+    assert list(found.compared) == ["viscous_damping"]
+    write_report(found, tmp_path, reproduce="")
+    assert read_model(tmp_path / "model.json").ids == found.model.ids
+
+
 def test_a_load_cell_that_was_tared_between_the_runs_is_told() -> None:
     train, held = campaign("none", seed=3)
     channels = dict(train[0].channels)

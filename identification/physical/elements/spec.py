@@ -122,7 +122,7 @@ class ParameterSpec:
     outside: bool = False  # a constant force that is no part of the dissipative sum
     of_run: bool = False  # belongs to a run: estimated for each record, never fitted
     held: bool = False  # acts only as a product with another: fixed in what the search and the literature make
-    bound_is_meant: bool = False  # on a bound it still says what the name does; elsewhere that is no effect at all
+    bound_is_meant: bool = False  # a fit may end on its bound: that is a case of the element, not the loss of it
     limits: Limits | None = None  # of the search: a shape outside of what the data span can't be seen in them
     remedy: Remedy = Remedy.ANY  # what lets it be seen
 
@@ -156,11 +156,11 @@ class ElementSpec:
     tone: bool = False  # found by its line in the spectrum, by a search of its own
     remanent: bool = False  # what the current was before the run acts on
     alias: Alias | None = None  # what looks the same under any motion
-    departure: Departure | None = None
-    growth: Growth | None = None
-    # Whether the values deny the name, by themselves and by the rows beside them: such a fit has lost its element.
+    departure: Departure | None = None  # when it is no effect of its own
+    growth: Growth | None = None  # where else its fit may start
+    # Whether the values, beside elements of these rows, deny the name: such a fit has lost its element.
     denied: Callable[[Values, Sequence[ElementSpec]], bool] | None = None
-    # Whether they are rather those of another element, in these surroundings: such a fit gets no name.
+    # Whether the values, in these surroundings, are what another element is: such a fit gets no name.
     mistaken: Callable[[Values, Surroundings], bool] | None = None
 
     @property
