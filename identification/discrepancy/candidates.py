@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from identification.physical.elements import CATALOGUE, Growth
+from identification.physical.elements import CATALOGUE, Growth, Values
 from identification.physical.model import Element, Model, Parameter, element
 from identification.record import Record
 from identification.scales import Scales
@@ -14,18 +14,17 @@ from identification.scales import Scales
 def guesses(name: str, scales: Scales) -> list[Element]:
     """Elements of one name with first values worth trying, each shape limited to what the data span."""
     starts = CATALOGUE[name].starts
-    return (
-        [_limited(element(name, values, CATALOGUE[name].held), scales) for values in starts(scales)] if starts else []
-    )
+    return [_first(name, values, scales) for values in starts(scales)] if starts is not None else []
 
 
 def outgrown(simpler: Element, name: str, growth: Growth, scales: Scales) -> list[Element]:
     """Elements of a richer name that start out of a simpler one that fits, and are as fine where it is."""
     finer = {s.name: p for s, p in zip(simpler.spec.parameters, simpler.parameters, strict=True) if s.refinement}
-    return [
-        _with(_limited(element(name, values, CATALOGUE[name].held), scales), finer)
-        for values in growth.starts(simpler.values(), scales)
-    ]
+    return [_with(_first(name, values, scales), finer) for values in growth.starts(simpler.values(), scales)]
+
+
+def _first(name: str, values: Values, scales: Scales) -> Element:
+    return _limited(element(name, values, CATALOGUE[name].held), scales)
 
 
 def _with(e: Element, own: Mapping[str, Parameter]) -> Element:
@@ -64,7 +63,7 @@ def admissible(model: Model, records: Sequence[Record], scales: Scales) -> list[
         cold = spec.needs_temperature and not warm
         hidden = spec.constant_force and constant
         out_of_reach = foreign and not spec.adds
-        if spec.nameable and spec.starts and not (taken or blind or cold or hidden or out_of_reach):
+        if spec.nameable and spec.starts is not None and not (taken or blind or cold or hidden or out_of_reach):
             names.append(name)
     return names
 

@@ -29,7 +29,7 @@ from identification.discrepancy.trials import (
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import FIT_ITERATIONS, FLAT, refine_curves, shaped_like
-from identification.physical.elements import CATALOGUE, Departure
+from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, name_of
 from identification.record import Record
 
@@ -115,25 +115,21 @@ def proven(state: Search, records: Sequence[Record]) -> Search:
 
 def without_departures(state: Search, records: Sequence[Record]) -> Search:
     """The state without the names of elements that are only how another named one departs from its ideal."""
-    named = [state.fit.model.element(n) for n in state.names]
-    ideals = {e.name: e for e in named}
-    only = {
-        e.id
-        for e in named
-        if e.spec.departure is not None
-        and (ideal := ideals.get(e.spec.departure.of)) is not None
-        and _departs(state, e, ideal, e.spec.departure, records)
-    }
+    named = {e.name: e for e in (state.fit.model.element(n) for n in state.names)}
+    only = {e.id for e in named.values() if _departs(e, named, state, records)}
     return replace(state, names=tuple(n for n in state.names if n not in only))
 
 
-def _departs(state: Search, own: Element, ideal: Element, departure: Departure, records: Sequence[Record]) -> bool:
-    """Whether an element is only a departure: by its values, or as of little account beside the ideal."""
+def _departs(own: Element, named: Mapping[str, Element], state: Search, records: Sequence[Record]) -> bool:
+    """Whether an element only tells how another of those named departs from its ideal: by its values, or since it is
+    of little account beside the other."""
+    departure = own.spec.departure
+    ideal = None if departure is None else named.get(departure.of)
+    if departure is None or ideal is None:
+        return False
     if departure.is_only(own.values(), ideal.values()):
         return True
-    if departure.share == 0.0:
-        return False
-    rest = _without(state.fit, own.id, records)
+    rest = _without(state.fit, own.id, records) if departure.share > 0.0 else None
     closed = np.inf if rest is None else excess_of(rest) - state.excess
     return closed < departure.share * contribution(state.fit.model, ideal.id, records)
 

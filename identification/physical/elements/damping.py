@@ -24,6 +24,10 @@ _FAINT = 0.1
 _NO_LOOP = 0.02  # hysteresis with less offset of its branches is a plain curve: beside another, that one's correction
 
 
+def _slopes(s: Scales) -> tuple[float, float]:
+    return 0.2 / s.v_rms, 3.0 / s.speeds[0]  # a curve steeper than the slow speeds is friction
+
+
 def _arctan_starts(s: Scales) -> Sequence[Values]:
     return [{"F1": s.gap, "S": 1.0 / w, "d": 0.0} for w in (s.speeds[0], s.speeds[2])]
 
@@ -73,7 +77,7 @@ ROWS: Final = (
         equation="f = F1·(2/π)·arctan(S·w) + d·w + F2",
         parameters=(
             ParameterSpec("F1", "N", remedy=Remedy.SPEEDS),
-            ParameterSpec("S", "s/m", TINY, limits=lambda s: (0.2 / s.v_rms, 3.0 / s.speeds[0]), remedy=Remedy.SPEEDS),
+            ParameterSpec("S", "s/m", TINY, limits=_slopes, remedy=Remedy.SPEEDS),
             ParameterSpec("d", "N·s/m", bound_is_meant=True, remedy=Remedy.SPEEDS),
             ParameterSpec("F2", "N", UNBOUNDED, default=0.0, outside=True),
         ),
@@ -150,9 +154,7 @@ ROWS: Final = (
         parameters=(
             ParameterSpec("alpha", "N", remedy=Remedy.SPEEDS),
             ParameterSpec("alpha_control", "N/A", UNBOUNDED, default=0.0, gain=True, remedy=Remedy.CURRENT),
-            ParameterSpec(
-                "beta", "s/m", TINY, limits=lambda s: (0.2 / s.v_rms, 3.0 / s.speeds[0]), remedy=Remedy.SPEEDS
-            ),
+            ParameterSpec("beta", "s/m", TINY, limits=_slopes, remedy=Remedy.SPEEDS),
             ParameterSpec("delta", "–", bound_is_meant=True, remedy=Remedy.SPEEDS),
             # A measured hysteresis turns over across a displacement z_r; the canonical form does so at one point.
             ParameterSpec("z_r", "m", default=0.0, refinement=True),
