@@ -154,7 +154,7 @@ class ElementSpec:
     alone: bool = False  # the only element of its path
     moves_all: bool = False  # acts on the force of everything before it, rather than adding to it
     tone: bool = False  # found by its line in the spectrum, by a search of its own
-    remanent: bool = False  # what the current was before the run acts on
+    remanent: bool = False  # what the current was before the run still acts
     alias: Alias | None = None  # what looks the same under any motion
     departure: Departure | None = None  # when it is no effect of its own
     growth: Growth | None = None  # where else its fit may start
