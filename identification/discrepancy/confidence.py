@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.naming import Search
 from identification.discrepancy.strength import seen_by, spread_of, without_the_oddest
-from identification.discrepancy.trials import CURVES, allowance, complexity
+from identification.discrepancy.trials import allowance, complexity
 from identification.errors import SimulationError
+from identification.physical.elements import Curve
 from identification.physical.model import Model
 from identification.physical.predict import predict
 from identification.record import Record
@@ -26,8 +27,6 @@ BESIDE_A_CURVE = 0.88  # in a curve over velocity beside the base's own: that on
 _SPREAD_LIMIT = 0.12  # a true effect has one strength: what differs more than this from run to run is another effect
 _SPREAD_SCALE = 0.02
 _BUT_ONE = 0.85  # belief in an effect that has one strength in all runs but one
-_ODD_CURVES = ("arctan_damping", "piecewise_linear_damping", "quadratic_damping", "relief_valve", "tanh_hysteresis")
-_BASE_CURVES = (*CURVES, "viscous_damping", "quadratic_damping")
 _LEFT = (0.9, 0.40, 0.06)  # of the belief goes where this share of the gap is left, ± so much: it is not explained
 _PART = (0.25, 0.08, 0.015)  # something else is there too, or instead
 _POOR = (0.3, 0.25, 0.04)  # the same for the share of what was missing without the name: a better one may be there
@@ -44,14 +43,14 @@ def belief(found: Search, name: str, values: Floats, precision: Floats, records:
     out *= _less(left / max(found.base_excess, 1e-300), *_LEFT)
     out *= _less(left / max(found.base_excess, 1e-300), *_PART)
     out *= _less(left / max(excess_of(found.compared[name].without), 1e-300), *_POOR)
-    if name in CURVES:
+    if found.fit.model.element(name).spec.curve == Curve.WHOLE:
         out *= _less(_rewritten(found, records), *_REWRITTEN)
     return out * {0: ONE_RUN, 1: ONE_RUN, 2: TWO_RUNS}.get(seen_by(precision), 1.0)
 
 
 def beside_a_curve(found: Search, name: str) -> bool:
     """Whether a name is a curve over velocity and the base has one of its own."""
-    return name in _ODD_CURVES and any(e.name in _BASE_CURVES for e in found.given.on("core"))
+    return found.fit.model.element(name).spec.bent and any(e.spec.carries for e in found.given.on("core"))
 
 
 def rival_odds(found: Search, name: str) -> dict[str, float]:
@@ -61,10 +60,10 @@ def rival_odds(found: Search, name: str) -> dict[str, float]:
     within what the chosen one may fit worse, the less its parameters count against it.
     """
     compared = found.compared[name].rivals
-    chosen = next(t for t in compared if t.name == name)
+    chosen = next(t for t in compared if t.id == name)
     weights = {}
     for t in compared:
-        if t.name not in found.names:
+        if t.id not in found.names:
             worse = max(t.excess - chosen.excess, 0.0) / allowance(chosen, t)
             better = min(max(chosen.excess - t.excess, 0.0) / allowance(t, chosen), 1.0)
             finer = max(complexity(t) - complexity(chosen), 0.0) * (1.0 - better)
@@ -75,8 +74,8 @@ def rival_odds(found: Search, name: str) -> dict[str, float]:
 def alike_curves(found: Search, name: str) -> list[str]:
     """Other curves that fit as well as the one named, and are less simple."""
     compared = found.compared[name].rivals
-    chosen = next(t for t in compared if t.name == name)
-    curves = [t for t in compared if t.name in _ODD_CURVES and t.name not in found.names]
+    chosen = next(t for t in compared if t.id == name)
+    curves = [t for t in compared if t.own.spec.bent and t.id not in found.names]
     return [t.name for t in curves if t.excess <= chosen.excess + allowance(chosen, t)]
 
 
@@ -109,7 +108,7 @@ def _rewritten(found: Search, records: Sequence[Record]) -> float:
 
 def _curves_of(model: Model) -> Model | None:
     """The model less the springs and masses beside its curves over velocity; None without such curves."""
-    curves = [e for e in model.on("core") if e.name in _BASE_CURVES]
+    curves = [e for e in model.on("core") if e.spec.carries]
     beside = [e for e in model.elements if e.spec.path in ("mount", "control") or e.spec.modifier]
     return replace(model, elements=(*beside, *curves)) if curves else None
 

@@ -21,7 +21,7 @@ _MOST_LISTED = 3
 class Evidence:
     """Numbers behind one name, on the training records."""
 
-    name: str
+    name: str  # id of the element
     strengths: tuple[float, ...]  # estimated run by run, 1 is the common fit; nan where a run does not excite it
     spread: float  # their scatter beyond noise
     left: float  # share of the base's gap energy that all names together leave

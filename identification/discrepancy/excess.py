@@ -40,11 +40,11 @@ def significant_excess(records: Sequence[Record]) -> float:
 
 
 def contribution(model: Model, name: str, records: Sequence[Record]) -> float:
-    """Whitened energy of what an element adds to the force of the model, all else unchanged.
+    """Whitened energy of what an element (by its id) adds to the force of the model, all else unchanged.
 
     Of a model that can't run without it, the whole force.
     """
-    if not model.has(name):
+    if name not in model.ids:
         return 0.0
     total = 0.0
     for r in records:

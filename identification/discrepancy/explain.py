@@ -9,7 +9,7 @@ from identification.datachecks import findings_in
 from identification.discrepancy.candidates import unlimited
 from identification.discrepancy.explanation import Explanation, NextTest, Traces
 from identification.discrepancy.hum import Hum, find_hum, hum_in
-from identification.discrepancy.naming import one_delay, one_joint
+from identification.discrepancy.naming import Compared, without_departures
 from identification.discrepancy.nexttest import propose
 from identification.discrepancy.notes import coarse, finer, of_runs, tared_apart, unnamed
 from identification.discrepancy.preparation import prepared
@@ -17,8 +17,8 @@ from identification.discrepancy.search import search
 from identification.discrepancy.verdict import SearchResult, in_doubt, judge, uphold
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.motion_noise import with_motion_noise
-from identification.physical.elements import CATALOGUE
-from identification.physical.model import Model
+from identification.physical.elements import CATALOGUE, TONE
+from identification.physical.model import Model, name_of
 from identification.physical.predict import predict
 from identification.record import Record, compact, noise_without, same_load_cell
 from rigctl.runfile import Run
@@ -77,14 +77,14 @@ def _searched(
     say("looking for what is missing", 0.2)
     found = search(model, base, quiet, on_progress=lambda text: say(text, 0.4))
     found, evidence = uphold(found, quiet)
-    found = one_delay(one_joint(found, quiet))
+    found = without_departures(found, quiet)
     evidence = [e for e in evidence if e.name in found.names]
     return SearchResult(base=base, found=found, evidence=evidence, hum=hum, train=train, held=held, quiet=quiet)
 
 
 def _hum_beside(model: Model, train: Sequence[Record]) -> Hum | None:
     """Mains hum, if all runs share one that the model has not."""
-    if model.has("mains_hum"):
+    if model.has(TONE.name):
         return None
     return find_hum([r.measured - predict(model, r)[0] for r in train], train)
 
@@ -138,7 +138,7 @@ def _concluded(given: Model, result: SearchResult, findings: Sequence[str], say:
         base=base,
         model=replace(final, name=_name(given, result.names)),
         moves=result.found.moves,
-        compared={name: result.found.compared[name] for name in result.found.names},
+        compared={name_of(n): _by_name(result.found.compared[n]) for n in result.found.names},
         traces=tuple(traces),
         notes=_notes(result, final, traces, findings),
     )
@@ -150,9 +150,14 @@ def _final(result: SearchResult) -> Model:
     if not found.names and hum is None and found.fit.model == base:
         return base
     grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
-    added = [e.name in found.names or not base.has(e.name) for e in grown.elements]
+    added = [e.id in found.names or e.id not in base.ids for e in grown.elements]
     elements = tuple(unlimited(e) if new else e for e, new in zip(grown.elements, added, strict=True))
     return fit_records(replace(grown, elements=elements), result.train, max_iterations=12).model
+
+
+def _by_name(compared: Compared) -> Compared:
+    """The same for a reader, who knows names and no ids."""
+    return replace(compared, beside=tuple(name_of(n) for n in compared.beside))
 
 
 def _traces(record: Record, given: Model, base: Model, final: Model, *, held_out: bool) -> Traces:
@@ -173,4 +178,4 @@ def _notes(result: SearchResult, final: Model, traces: Sequence[Traces], finding
 
 
 def _name(given: Model, names: Sequence[str]) -> str:
-    return given.name if not names else f"{given.name} + {', '.join(CATALOGUE[n].title for n in names)}"
+    return given.name if not names else f"{given.name} + {', '.join(CATALOGUE[name_of(n)].title for n in names)}"

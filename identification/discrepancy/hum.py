@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.physical.elements import TONE
 from identification.physical.model import Element, element
 from identification.record import Record
 
@@ -35,7 +36,7 @@ class Hum:
 
     def element(self) -> Element:
         """The catalogue's element; its phase belongs to a run."""
-        return element("mains_hum", {"amplitude": self.amplitude, "frequency": self.frequency_hz, "phase": 0.0})
+        return element(TONE.name, {"amplitude": self.amplitude, "frequency": self.frequency_hz, "phase": 0.0})
 
 
 def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | None:

@@ -17,13 +17,11 @@ from identification.discrepancy.excess import (
     significant_excess,
 )
 from identification.discrepancy.trials import (
-    DRY_FRICTIONS,
     FULFILS,
     HELPS,
     Trial,
     choose,
     complexity,
-    last_of,
     tolerance,
     trial_of,
     trials,
@@ -31,16 +29,12 @@ from identification.discrepancy.trials import (
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import FIT_ITERATIONS, FLAT, refine_curves, shaped_like
-from identification.physical.model import Model
-from identification.physical.simulate import RIGID_STIFFNESS
+from identification.physical.elements import CATALOGUE
+from identification.physical.model import Element, Model, name_of
 from identification.record import Record
 
 CLOSES = 0.4  # an element that stands alone must close this share of the excess that is left
 _EXPLAINED = 0.1  # share of the base's excess that several names together may leave
-_STEEL = 0.2  # of what a rigid contact is taken for
-_SEAT = 0.05  # of what a play does: as much as the ways in which its halves may meet differ
-_LATE = ("control_lag", "control_delay")
-_SMEARS = 0.3  # of a dead time: real ones are no sharper
 _MAX_EFFECTS = 4
 _MOST_MOVES = 12  # names that still come and go then are not there
 
@@ -62,7 +56,7 @@ class Compared:
 
     without: Fit  # the best with every other name but it
     start: Fit  # what the rivals were added to: not `without` where nothing has come near the name since
-    beside: tuple[str, ...]  # the names in `start`
+    beside: tuple[str, ...]  # ids of the names in `start`
     rivals: tuple[Trial, ...]
 
     @property
@@ -73,17 +67,17 @@ class Compared:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Search:
-    """State of the search: the fitted model, the names in it, and the moves that led there."""
+    """State of the search: the fitted model, the elements named in it, and the moves that led there."""
 
     fit: Fit
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # their ids
     excess: float
     given: Model  # the base with the values it came with
     base_excess: float = 0.0  # before any name, the base's own curves refined
     moves: tuple[Move, ...] = field(default=())
-    compared: Mapping[str, Compared] = field(default_factory=dict)  # each name, as it was last tried
+    compared: Mapping[str, Compared] = field(default_factory=dict)  # each of them, as it was last tried
     before: Search | None = None  # as it was before the latest name
-    dead_end: frozenset[str] | None = None  # names that were tried instead, and led no further
+    dead_end: frozenset[str] | None = None  # ids of names that were tried instead, and led no further
 
 
 def climbed(state: Search, records: Sequence[Record], say: Callable[[str], None]) -> Search:
@@ -119,27 +113,25 @@ def proven(state: Search, records: Sequence[Record]) -> Search:
     return state.before
 
 
-def one_joint(state: Search, records: Sequence[Record]) -> Search:
-    """The state without the name of a compliance in a joint with play, where that is only how its two halves meet:
-    as stiff as steel, or of little account beside the play."""
-    if not {"free_play", "series_compliance"} <= set(state.names):
-        return state
-    own = state.fit.model.elements[last_of(state.fit.model, "series_compliance")]
-    rest = _without(state.fit, own.name, records)
+def without_departures(state: Search, records: Sequence[Record]) -> Search:
+    """The state without the names of elements that are only how another named one departs from its ideal."""
+    named = {e.name: e for e in (state.fit.model.element(n) for n in state.names)}
+    only = {e.id for e in named.values() if _departs(e, named, state, records)}
+    return replace(state, names=tuple(n for n in state.names if n not in only))
+
+
+def _departs(own: Element, named: Mapping[str, Element], state: Search, records: Sequence[Record]) -> bool:
+    """Whether an element only tells how another of those named departs from its ideal: by its values, or since it is
+    of little account beside the other."""
+    departure = own.spec.departure
+    ideal = None if departure is None else named.get(departure.of)
+    if departure is None or ideal is None:
+        return False
+    if departure.is_only(own.values(), ideal.values()):
+        return True
+    rest = _without(state.fit, own.id, records) if departure.share > 0.0 else None
     closed = np.inf if rest is None else excess_of(rest) - state.excess
-    little = closed < _SEAT * contribution(state.fit.model, "free_play", records)
-    seat = little or own.value("k") > _STEEL * RIGID_STIFFNESS
-    return replace(state, names=tuple(n for n in state.names if not (seat and n == own.name)))
-
-
-def one_delay(state: Search) -> Search:
-    """The state without the name of a lag that only smears a dead time of the control, or the other way round."""
-    late = [state.fit.model.elements[last_of(state.fit.model, n)] for n in _LATE if n in state.names]
-    if len(late) < 2:
-        return state
-    less, more = sorted(late, key=lambda e: e.value("tau"))
-    smears = less.value("tau") < _SMEARS * more.value("tau")
-    return replace(state, names=tuple(n for n in state.names if not (smears and n == less.name)))
+    return closed < departure.share * contribution(state.fit.model, ideal.id, records)
 
 
 def _needed(state: Search, records: Sequence[Record]) -> Search:
@@ -154,8 +146,9 @@ def _needed(state: Search, records: Sequence[Record]) -> Search:
 def grown(state: Search, records: Sequence[Record]) -> Search | None:
     """The state with one more name, where one pays; two dry frictions in one machine are one, of another form."""
     larger = _added(state, records)
-    twice = larger is not None and len(DRY_FRICTIONS.intersection(larger.names)) > 1
-    return _added(state, records, but=DRY_FRICTIONS) if twice else larger
+    twice = larger is not None and sum(larger.fit.model.element(n).spec.dry_friction for n in larger.names) > 1
+    dry = [name for name, spec in CATALOGUE.items() if spec.dry_friction]
+    return _added(state, records, but=dry) if twice else larger
 
 
 def _otherwise(state: Search) -> Search | None:
@@ -165,7 +158,7 @@ def _otherwise(state: Search) -> Search | None:
         for name, c in state.compared.items()
         if c.latest and {name, *c.beside} == set(state.names)
         for t in c.rivals
-        if t.name not in state.names and t.excess < state.excess - 10.0 and choose([t]) is not None
+        if t.id not in state.names and t.excess < state.excess - 10.0 and choose([t]) is not None
     ]
     if not passed:
         return None
@@ -222,10 +215,10 @@ def _with(state: Search, chosen: Trial, found: Sequence[Trial]) -> Search:
     return replace(
         state,
         fit=chosen.fit,
-        names=(*state.names, chosen.name),
+        names=(*state.names, chosen.id),
         excess=chosen.excess,
         moves=(*state.moves, move),
-        compared={**state.compared, chosen.name: _compared(state.fit, state.names, found)},
+        compared={**state.compared, chosen.id: _compared(state.fit, state.names, found)},
         before=state,
     )
 
@@ -234,7 +227,7 @@ def _given(state: Search) -> Model:
     """The base as it came, with the elements named since as they were fitted."""
     model = state.given
     for name in state.names:
-        model = model.with_element(state.fit.model.elements[last_of(state.fit.model, name)])
+        model = model.with_element(state.fit.model.element(name))
     return model
 
 
@@ -260,15 +253,15 @@ def _tried_again(state: Search, name: str, records: Sequence[Record]) -> Search:
     if excess_of(rest) <= state.excess + form + 10.0:
         return _dropped(state, name, rest)
     tried = trials(rest, _given(state).without(name), records, incumbent=name, beside=state.fit.model)
-    found = [_unstuck(t, state, rest, records) if t.name == name else t for t in tried]
-    own = choose([t for t in found if t.name == name])
+    found = [_unstuck(t, state, rest, records) if t.id == name else t for t in tried]
+    own = choose([t for t in found if t.id == name])
     if own is not None and own.excess < state.excess - 10.0:  # the fit had stuck
         state = replace(state, fit=own.fit, excess=own.excess)
     others = tuple(n for n in state.names if n != name)
     now = _compared(rest, others, found) if own is not None else replace(state.compared[name], without=rest)
     state = replace(state, compared={**state.compared, name: now})
     best = choose(found)
-    if best is None or best.name == name or not _replaces(best, name, found, state):
+    if best is None or best.id == name or not _replaces(best, name, found, state):
         return state
     return _swapped(state, name, best, _compared(rest, others, found))
 
@@ -279,19 +272,24 @@ def _unstuck(own: Trial, state: Search, rest: Fit, records: Sequence[Record]) ->
     A trial that sticks says nothing against a name that fits.
     """
     stuck = own.excess > state.excess + 10.0
-    return trial_of(state.fit, own.name, rest, records, own.screened) if stuck else own
+    return trial_of(state.fit, own.id, rest, records, own.screened) if stuck else own
 
 
 def _swapped(state: Search, name: str, better: Trial, compared: Compared) -> Search:
-    move = Move(kind="swap", name=f"{name} → {better.name}", excess_before=state.excess, excess_after=better.excess,
-                rivals=compared.rivals)  # fmt: skip
+    move = Move(
+        kind="swap",
+        name=f"{name_of(name)} → {better.name}",
+        excess_before=state.excess,
+        excess_after=better.excess,
+        rivals=compared.rivals,
+    )
     return replace(
         state,
         fit=better.fit,
-        names=(*(n for n in state.names if n != name), better.name),
+        names=(*(n for n in state.names if n != name), better.id),
         excess=better.excess,
         moves=(*state.moves, move),
-        compared={**state.compared, better.name: compared},
+        compared={**state.compared, better.id: compared},
     )
 
 
@@ -301,14 +299,14 @@ def _compared(start: Fit, beside: Sequence[str], found: Sequence[Trial]) -> Comp
 
 def _dropped(state: Search, name: str, rest: Fit) -> Search:
     after = excess_of(rest)
-    move = Move(kind="drop", name=name, excess_before=state.excess, excess_after=after, rivals=())
+    move = Move(kind="drop", name=name_of(name), excess_before=state.excess, excess_after=after, rivals=())
     names = tuple(n for n in state.names if n != name)
     return replace(state, fit=rest, names=names, excess=after, moves=(*state.moves, move))
 
 
 def _replaces(best: Trial, name: str, found: Sequence[Trial], state: Search) -> bool:
     """Whether another name fits clearly better than the one in place, or as well and is simpler."""
-    simpler = any(complexity(best) < complexity(t) for t in found if t.name == name)
+    simpler = any(complexity(best) < complexity(t) for t in found if t.id == name)
     return simpler or best.excess < state.excess - tolerance(best) - 10.0
 
 

@@ -19,7 +19,6 @@ from identification.discrepancy.signatures import orthonormal
 from identification.discrepancy.trials import Trial
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters
-from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model
 from identification.physical.predict import predict
 from identification.record import Record, compact, record_to_come
@@ -68,12 +67,12 @@ def _apart(found: Search, doubted: str | None) -> tuple[Model, Model, str] | Non
     """The two models that a test should split, and what it would tell."""
     rivals = _rivals(found, doubted)
     if len(rivals) > 1:
-        one, other = (CATALOGUE[r.name].title for r in rivals)
+        one, other = (r.own.spec.title for r in rivals)
         return rivals[0].fit.model, rivals[1].fit.model, f"tells {one} from {other}"
     if doubted is None:
         return None
     without = found.fit.model.without(doubted)
-    return found.fit.model, without, f"bears out {CATALOGUE[doubted].title}"
+    return found.fit.model, without, f"bears out {found.fit.model.element(doubted).spec.title}"
 
 
 def _explore(unseen: Sequence[Imagined], records: Sequence[Record]) -> NextTest:
@@ -114,8 +113,8 @@ def _seconds(config: Mapping[str, Any]) -> float:
 def _rivals(found: Search, doubted: str | None) -> list[Trial]:
     """The trial of the name in doubt and the best of the others; where no name held, the best two of the last."""
     if doubted is not None:
-        tried = [t for t in found.compared[doubted].rivals if t.name == doubted or t.name not in found.names]
-        return sorted(tried, key=lambda t: (t.name != doubted, t.excess))[:2]
+        tried = [t for t in found.compared[doubted].rivals if t.id == doubted or t.id not in found.names]
+        return sorted(tried, key=lambda t: (t.id != doubted, t.excess))[:2]
     adds = [m for m in found.moves if m.rivals]
     return sorted(adds[-1].rivals, key=lambda t: t.excess)[:2] if adds else []
 

@@ -22,21 +22,17 @@ def finer(base: Model, fitted: Model) -> list[str]:
     return [
         f"{e.spec.title} of the base: {spec.name} = {p.value:.3g} {spec.unit}, where its canonical form jumps"
         for e in fitted.elements
-        if base.has(e.name)
+        if e.id in base.ids
         for spec, p in zip(e.spec.parameters, e.parameters, strict=True)
         if spec.refinement and not p.fixed and p.value > 0.0
     ]
 
 
 def unnamed(base: Model, final: Model, names: Collection[str]) -> list[str]:
-    """What the model has of how a joint with play, or a dead time, departs from the ideal, and no name says."""
-    own = [e for e in final.elements if e.name not in names and not base.has(e.name)]
-    words = {
-        "series_compliance": lambda e: f"the halves of the joint with play meet with {e.value('k'):.3g} N/m",
-        "control_lag": lambda e: f"the dead time of the control is smeared by a lag of {e.value('tau'):.3g} s",
-        "control_delay": lambda e: f"the lag of the control sets in after {e.value('tau'):.3g} s",
-    }
-    return [f"{words[e.name](e)}: in the model, no effect of its own" for e in own if e.name in words]
+    """What the model has of how another element departs from the ideal, and no name (by id) says."""
+    own = [e for e in final.elements if e.id not in names and e.id not in base.ids]
+    said = [e.spec.departure.words(e.values()) for e in own if e.spec.departure is not None]
+    return [f"{words}: in the model, no effect of its own" for words in said]
 
 
 def coarse(model: Model, records: Sequence[Record]) -> list[str]:

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from identification.discrepancy.checks import check_model, check_runs
 from identification.discrepancy.holdout import keep_back
-from identification.physical.model import Model, element
+from identification.physical.literature import no_force
+from identification.physical.model import Model
 from identification.record import Record, on_top_of_simulation, record_from_run, same_load_cell
 from rigctl.runfile import Run
 
@@ -19,7 +20,7 @@ def prepared(
     records = same_load_cell([record_from_run(r) for r in (*runs, *(held_out or ()))])
     if model is None:
         records = [on_top_of_simulation(r, q) for r, q in zip(records, (*runs, *(held_out or ())), strict=True)]
-        model = Model(name="the given simulation", elements=(element("viscous_damping", {"c": 0.0}, fixed=("c",)),))
+        model = no_force("the given simulation")
     train, held = (records[: len(runs)], records[len(runs) :]) if held_out else keep_back(records)
     check_model(model, [*train, *held])
     return model, train, held

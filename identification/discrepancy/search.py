@@ -12,8 +12,7 @@ from identification.discrepancy.naming import CLOSES, Search, climbed, explains,
 from identification.discrepancy.trials import HELPS, choose
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import refine_curves, shaped_like
-from identification.physical.elements import CATALOGUE
-from identification.physical.model import Element, Model, Parameter
+from identification.physical.model import Model, Parameter
 from identification.record import Record
 
 _NEAR = 3.0  # times its given value, up or down: a parameter of the base that goes farther has bent to hide the gap
@@ -58,7 +57,7 @@ def _elsewhere(last: Search, given: Model, base: Fit, records: Sequence[Record])
     for before, after in (*steps[:1], *steps[1:][-1:]):
         second = _second(before, after, last.names, records)
         if second is not None and frozenset(second.names) != last.dead_end:
-            yield f"with {CATALOGUE[second.names[-1]].title}", second
+            yield f"with {second.fit.model.element(second.names[-1]).spec.title}", second
     held = _held(given)
     if _leaves(base.model, held):
         near = replace(_bare(held, fit_records(held, records), records), base_excess=last.base_excess)
@@ -79,7 +78,7 @@ def _steps(last: Search) -> list[tuple[Search, Search]]:
 def _second(before: Search, after: Search, led: Sequence[str], records: Sequence[Record]) -> Search | None:
     """The state with the likeliest of the other names that were tried there, but for those that `led` nowhere."""
     move = after.moves[len(before.moves)]
-    chosen = choose([t for t in move.rivals if t.name not in led])
+    chosen = choose([t for t in move.rivals if t.id not in led])
     if chosen is None or chosen.closed < HELPS * before.excess:
         return None
     return taken_up(before, chosen, move.rivals, records)
@@ -87,7 +86,7 @@ def _second(before: Search, after: Search, led: Sequence[str], records: Sequence
 
 def _held(given: Model) -> Model:
     """The model with every free parameter that has a value kept near it."""
-    elements = [Element(e.name, tuple(_near(p) for p in e.parameters)) for e in given.elements]
+    elements = [replace(e, parameters=tuple(_near(p) for p in e.parameters)) for e in given.elements]
     return replace(given, elements=tuple(elements))
 
 
@@ -106,13 +105,9 @@ def _leaves(model: Model, held: Model) -> bool:
 
 def _freed(found: Search, given: Model) -> Search:
     """The state with the limits that the base came with."""
-    own, elements = list(given.elements), []
-    for e in found.fit.model.elements:
-        twin = next((g for g in own if g.name == e.name), None)
-        if twin is not None:
-            own.remove(twin)
-            pairs = zip(e.parameters, twin.parameters, strict=True)
-            e = Element(e.name, tuple(p if q.fixed else replace(p, low=q.low, high=q.high) for p, q in pairs))
-        elements.append(e)
-    model = replace(found.fit.model, elements=tuple(elements))
+    model = found.fit.model
+    for own in given.elements:
+        pairs = zip(model.element(own.id).parameters, own.parameters, strict=True)
+        freed = tuple(p if q.fixed else replace(p, low=q.low, high=q.high) for p, q in pairs)
+        model = model.replacing(own.id, replace(own, parameters=freed))
     return replace(found, fit=replace(found.fit, model=model))

@@ -72,7 +72,7 @@ def orthonormal(columns: Floats) -> Floats:
 def signature(model: Model, trial: Element, records: Sequence[Record], at: Tangent) -> Signature:
     """Share of the residual that the trial, in its best strength and nearby shape, would explain."""
     grown = model.with_element(trial)
-    own = free_parameters(grown, records) & np.array([e is trial for e, _ in grown.slots()])
+    own = free_parameters(grown, records) & np.array([e.id not in model.ids for e, _ in grown.slots()])
     columns = []
     try:
         for record, base, weight in zip(records, at.base, at.weights, strict=True):

@@ -22,10 +22,11 @@ _SEES = 1e-3  # of what the best record knows of a strength: less is no second o
 
 
 def strengths(model: Model, name: str, records: Sequence[Record]) -> tuple[Floats, Floats]:
-    """Strength of one element in every record, relative to the common fit, and its precision (1/variance), (R,).
+    """Strength of an element, by its id, in every record, relative to the common fit, and its precision, (R,) each.
 
     λ_r = 1 + s⊥·r / s⊥·s⊥ over the samples of record r, with s⊥ the element's contribution less all that the other
-    parameters could absorb. Where the model can't run without the element, nothing is known of it.
+    parameters could absorb; the precision is 1/variance. Where the model can't run without the element, nothing is
+    known of it.
     """
     without = model.without(name)
     free = free_parameters(without, records)

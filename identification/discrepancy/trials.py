@@ -10,22 +10,19 @@ from functools import partial
 import numpy as np
 
 from identification.compute import run
-from identification.discrepancy.candidates import admissible, falling_from, guesses
+from identification.discrepancy.candidates import admissible, guesses, outgrown
 from identification.discrepancy.excess import contribution, excess_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import FIT_ITERATIONS, FLAT, refined
-from identification.physical.elements import CATALOGUE
+from identification.physical.elements import Curve, ElementSpec, Surroundings
 from identification.physical.model import Element, Model
-from identification.physical.simulate import RIGID_STIFFNESS
 from identification.record import Record
 from identification.scales import scales_of
 
 HELPS = 0.08  # of the excess: less is no help even from one name of several
 FULFILS = 0.5  # of its promise: a sprint that closes less has stuck
-CURVES = ("arctan_damping", "piecewise_linear_damping", "valve_damping", "tanh_hysteresis", "bouc_wen")
-DRY_FRICTIONS = frozenset({"coulomb_friction", "stribeck_friction", "presliding_friction"})
 _SHORTLIST = 6
 _A_FEW, _MOST = 2, 0.6  # records that a sprint looks at, at least, and the share of the gap that they hold
 _SPRINT = 5  # iterations after which a candidate far behind the best is given up
@@ -41,28 +38,17 @@ _SAME = 0.01  # of the excess: two sprints whose forces differ by less have come
 _RIVALS = 0.6  # of the promise of the name that is in place: less can't replace it
 _AT_NOISE = 0.02  # excess over noise energy at which no other start need be tried
 _ALIKE = 0.05  # share of what an element closes by which its form may miss: two that differ by less are alike
-_ALIKE_WITHIN = 0.075  # the same where the simpler is a case of the richer: Bouc–Wen takes up any friction's form
+_ALIKE_WITHIN = 0.075  # the same where the simpler is a case of the richer, which can take any form
 _BUILD_UP = 0.02  # the same for how friction builds up, which both forms of friction follow
 _MISSES = 0.3  # or this share of what the best of them leaves, where no form fits well
 _OVERPOWERS = 3.0  # times the measured force
-_PLAY = 0.1  # of what its contact gives way under the rms force: less play does not show beside it
-_LOOP = 0.2  # of its slope: what a hysteresis loses at least on the way there, to be told from a spring
-_NO_LOOP = 0.02  # hysteresis with less offset of its branches is a plain curve: beside another, that one's correction
-_OPTIONAL = {
-    ("series_compliance", "c"),
-    ("tanh_hysteresis", "delta"),
-    ("arctan_damping", "d"),
-    ("piecewise_linear_damping", "c2"),
-    ("bouc_wen", "n"),
-    ("gas_spring", "n"),
-}  # parameters whose bound is a meaning of its own
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
     """A model with one more element, everything fitted again."""
 
-    name: str
+    id: str  # of the element in the fitted model
     fit: Fit
     excess: float  # whitened residual energy beyond the noise
     contribution: float  # whitened energy of what the element adds
@@ -73,13 +59,23 @@ class Trial:
     force: float  # the measured force, N rms
     stroke: float  # the longest, m
 
+    @property
+    def own(self) -> Element:
+        """The element as fitted."""
+        return self.fit.model.element(self.id)
+
+    @property
+    def name(self) -> str:
+        """Name of the element."""
+        return self.own.name
+
 
 @dataclass(frozen=True, slots=True)
 class _Candidate:
-    """A name, the guesses of it with the share of the residual that each promises, the most first, and what the first
-    sprints to; `beside` is a model as it was fitted with the like of it in place."""
+    """Guesses of one element, by its id, with the share of the residual that each promises, the most first, and what
+    the first sprints to; `beside` is a model as it was fitted with the like of it in place."""
 
-    name: str
+    id: str
     starts: Sequence[tuple[float, Element]]
     beside: Sequence[Model]
     sprint: Fit
@@ -130,21 +126,21 @@ def trials(
     """The shortlist: elements whose signatures explain most of the residual, each inserted and fitted.
 
     All run a few iterations on the records that tell most; those that are then far behind run no further. With an
-    `incumbent`, only what promises nearly as much as that name does is tried: nothing, when it leads alone; `beside` is
-    the model as fitted with it, from which one like it starts best. What promises less than the share `least` of the
-    residual is left out, and so are the names in `but`.
+    `incumbent`, an id, only what promises nearly as much as that element does is tried: nothing, when it leads alone;
+    `beside` is the model as fitted with it, from which one like it starts best. What promises less than the share
+    `least` of the residual is left out, and so are the names in `but`.
     """
-    top = [(n, s) for n, s in _shortlist(start, records, but) if s[0][0] >= least]
+    top = [(i, s) for i, s in _shortlist(start, records, but) if s[0][0] >= least]
     if incumbent is not None:
-        bar = _RIVALS * max((s[0][0] for n, s in top if n == incumbent), default=0.0)
-        top = [(n, s) for n, s in top if s[0][0] >= bar]
-        if [n for n, _ in top] == [incumbent]:
+        bar = _RIVALS * max((s[0][0] for i, s in top if i == incumbent), default=0.0)
+        top = [(i, s) for i, s in top if s[0][0] >= bar]
+        if [i for i, _ in top] == [incumbent]:
             return []
     few = _telling(start, records)
     sprints = _sprints([start.model.with_element(starts[0][1]) for _, starts in top], few)
     candidates = [
-        _Candidate(name, starts, _as_fitted(incumbent, beside, starts[0][1]), sprint)
-        for (name, starts), sprint in zip(top, sprints, strict=True)
+        _Candidate(own_id, starts, _as_fitted(incumbent, beside, starts[0][1]), sprint)
+        for (own_id, starts), sprint in zip(top, sprints, strict=True)
         if sprint is not None
     ]
     leader = min((c.sprint for c in candidates), key=_merit, default=start)
@@ -158,29 +154,23 @@ def _as_fitted(incumbent: str | None, beside: Model | None, guess: Element) -> l
     """The model as it was fitted with the incumbent in place, with the guess of another for it."""
     if beside is None or incumbent is None:
         return []
-    return [beside if guess.name == incumbent else beside.without(incumbent).with_element(guess)]
+    return [beside if guess.id == incumbent else beside.without(incumbent).with_element(guess)]
 
 
 def _grown(
     denied: Trial, found: Sequence[Trial], start: Fit, records: Sequence[Record], few: Sequence[Record]
 ) -> Trial:
-    """A Stribeck curve once more, out of the Coulomb friction that fits.
-
-    By itself it may follow how friction builds up, while the base's own curve takes up how it falls.
-    """
-    flat = [t for t in found if t.name == "coulomb_friction"]
-    if denied.name != "stribeck_friction" or not flat:
+    """A trial that denies its name once more, out of the simpler element that fits, where there is one."""
+    growth = denied.own.spec.growth
+    simpler = [t for t in found if growth is not None and t.name == growth.of]
+    if growth is None or not simpler:
         return denied
-    place = last_of(flat[0].fit.model, "coulomb_friction")
-    rest, own = flat[0].fit.model, flat[0].fit.model.elements[place]
-    starts = [
-        replace(rest, elements=(*rest.elements[:place], falling, *rest.elements[place + 1 :]))
-        for falling in falling_from(own, scales_of(records, _gap(start, records)))
-    ]
+    richer = outgrown(simpler[0].own, denied.name, growth, scales_of(records, _gap(start, records)))
+    starts = [simpler[0].fit.model.replacing(simpler[0].id, replace(e, id=denied.id)) for e in richer]
     sprints = _sprinted(starts, few)
     fits = _run_on(sprints, records, FIT_ITERATIONS) if sprints else []
     best = min(fits, key=_merit, default=denied.fit)
-    return denied if _merit(best)[0] else trial_of(best, denied.name, start, records, denied.screened)
+    return denied if _merit(best)[0] else trial_of(best, denied.id, start, records, denied.screened)
 
 
 def _shortlist(
@@ -190,11 +180,11 @@ def _shortlist(
     quick = [replace(r, motion=replace(r.motion, ahead=1.0)) for r in records]  # what is not settled then is in both
     at = tangent(model, quick)
     names = [n for n in admissible(model, records, scales) if n not in but]
-    found = screen(model, [g for n in names for g in guesses(n, scales)], quick, at)
+    found = screen(model, [model.numbered(g) for n in names for g in guesses(n, scales)], quick, at)
     best: dict[str, list[tuple[float, Element]]] = {}
     for s in found:
         if s.share > 0.0:
-            best.setdefault(s.trial.name, []).append((s.share, s.trial))
+            best.setdefault(s.trial.id, []).append((s.share, s.trial))
     return sorted(best.items(), key=lambda item: -item[1][0][0])[:_SHORTLIST]
 
 
@@ -254,19 +244,19 @@ def _fitted(candidate: _Candidate, its: _Round) -> Trial | None:
         fits = _run_on(fits, its.records, FIT_ITERATIONS) or fits
     if full:
         raw = min(fits, key=_merit)
-        fits.append(refined(raw, last_of(raw.model, candidate.name), its.records))
-    return trial_of(min(fits, key=_merit), candidate.name, its.start, its.records, candidate.promised)
+        fits.append(refined(raw, raw.model.ids.index(candidate.id), its.records))
+    return trial_of(min(fits, key=_merit), candidate.id, its.start, its.records, candidate.promised)
 
 
-def trial_of(fit: Fit, name: str, start: Fit, records: Sequence[Record], screened: float) -> Trial:
-    """A fit as a trial of the last element of that name in it, added to what `start` is a fit of."""
-    own = fit.model.elements[last_of(fit.model, name)]
+def trial_of(fit: Fit, own_id: str, start: Fit, records: Sequence[Record], screened: float) -> Trial:
+    """A fit as a trial of the element of that id in it, added to what `start` is a fit of."""
+    own = fit.model.element(own_id)
     free = [not p.fixed and not q.refinement for p, q in zip(own.parameters, own.spec.parameters, strict=True)]
     return Trial(
-        name=name,
+        id=own_id,
         fit=fit,
         excess=excess_of(fit),
-        contribution=contribution(fit.model, name, records),
+        contribution=contribution(fit.model, own_id, records),
         parameters=sum(free),
         screened=screened,
         closed=max(excess_of(start) - excess_of(fit), 0.0),
@@ -314,7 +304,7 @@ def _at_noise(fit: Fit) -> bool:
 
 
 def _merit(fit: Fit) -> tuple[bool, float]:
-    """What makes one fit better than another: first that its last element is what its name says, then the misfit."""
+    """What makes one fit better than another: first that its elements are what their names say, then the misfit."""
     return any(_denies(e, fit.model) for e in fit.model.elements), fit.chi2
 
 
@@ -328,14 +318,9 @@ def _starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]])
     ]
 
 
-def last_of(model: Model, name: str) -> int:
-    """Index of the last element of that name."""
-    return max(i for i, e in enumerate(model.elements) if e.name == name)
-
-
 def choose(found: Sequence[Trial]) -> Trial | None:
     """The simplest of those that explain the data as well as a canonical form can be expected to, if any."""
-    unlike = (on_bound, contradicts_itself, overpowers, is_no_play, is_a_spring)
+    unlike = (on_bound, contradicts_itself, overpowers, is_mistaken)
     physical = [t for t in found if not any(no(t) for no in unlike)]
     if not physical:
         return None
@@ -351,7 +336,8 @@ def allowance(best: Trial, other: Trial) -> float:
     itself differ in how it builds up, and that both have.
     """
     form = tolerance(best) + 10.0
-    if best.name == "stribeck_friction" and other.name in ("coulomb_friction", "presliding_friction"):
+    falls, steady = best.own.spec, other.own.spec
+    if falls.dry_friction and falls.falls_with_speed and steady.dry_friction and not steady.falls_with_speed:
         built_up = _BUILD_UP**2 * min(best.contribution, best.closed)
         return min(form, max(built_up, max(best.excess, 0.0) + _AT_NOISE * best.fit.samples))
     return form
@@ -362,59 +348,49 @@ def tolerance(trial: Trial) -> float:
 
     A share of what the element closes, not of its whole force: most of that may only trade places with the base.
     """
-    alike = _ALIKE_WITHIN if trial.name == "bouc_wen" else _ALIKE
+    alike = _ALIKE_WITHIN if trial.own.spec.takes_any_form else _ALIKE
     form = alike**2 * min(trial.contribution, trial.closed)
     return max(form, _MISSES * max(trial.excess, 0.0))
 
 
 def complexity(trial: Trial) -> float:
     """Free parameters, and one more for a whole damping curve beside the one that the base has."""
-    return trial.parameters + (1.0 if trial.name in CURVES else 0.0)
+    return trial.parameters + (1.0 if trial.own.spec.curve == Curve.WHOLE else 0.0)
 
 
 def contradicts_itself(trial: Trial) -> bool:
-    """Whether the fit made of the element what its name denies: a Stribeck curve that rises, a loop that is none."""
-    return _denies(trial.fit.model.elements[last_of(trial.fit.model, trial.name)], trial.fit.model)
+    """Whether the fit made of the element what its name denies, such as a Stribeck curve that rises."""
+    return _denies(trial.own, trial.fit.model)
 
 
 def _denies(own: Element, model: Model) -> bool:
-    if own.name == "stribeck_friction":
-        return own.value("f_s") <= 1.05 * own.value("f_c")
-    beside = any(e.name in CURVES and e is not own for e in model.elements)
-    return beside and own.name == "tanh_hysteresis" and own.value("delta") < _NO_LOOP
+    return own.spec.denied is not None and own.spec.denied(own.values(), _others(own, model))
+
+
+def _others(own: Element, model: Model) -> list[ElementSpec]:
+    return [e.spec for e in model.elements if e is not own]
 
 
 def overpowers(trial: Trial) -> bool:
     """Whether a force of its own is several times the measured one: most of it then cancels what the base took on."""
-    spec = CATALOGUE[trial.name]
+    spec = trial.own.spec
     parallel = spec.path == "core" and not spec.modifier
     return parallel and trial.contribution > _OVERPOWERS**2 * trial.measured
 
 
-def is_no_play(trial: Trial) -> bool:
-    """Whether a joint without a bush gives way in its contact by many times its play: that is a compliance."""
-    model = trial.fit.model
-    if trial.name != "free_play" or model.has("series_compliance"):
-        return False
-    gap = model.elements[last_of(model, "free_play")].value("gap")
-    return gap < _PLAY * trial.force / RIGID_STIFFNESS
-
-
-def is_a_spring(trial: Trial) -> bool:
-    """Whether a Bouc–Wen hysteresis all but comes back the way it went, from half the stroke."""
-    own = trial.fit.model.elements[last_of(trial.fit.model, trial.name)]
-    if own.name != "bouc_wen":
-        return False
-    lost = own.value("gamma") * float((own.value("A") * 0.5 * trial.stroke) ** own.value("n"))
-    return lost < _LOOP * own.value("A")
+def is_mistaken(trial: Trial) -> bool:
+    """Whether the fit made of the element what another one is, such as a play that only gives way."""
+    own = trial.own
+    around = Surroundings(others=_others(own, trial.fit.model), force=trial.force, stroke=trial.stroke)
+    return own.spec.mistaken is not None and own.spec.mistaken(own.values(), around)
 
 
 def on_bound(trial: Trial) -> bool:
     """Whether the fit left the new element without effect: its strength or its only parameter on a bound."""
-    own = trial.fit.model.elements[last_of(trial.fit.model, trial.name)]
+    own = trial.own
     vital = [
         (p.value, spec.low if p.low is None else p.low, spec.high if p.high is None else p.high)
         for p, spec in zip(own.parameters, own.spec.parameters, strict=True)
-        if not p.fixed and not spec.refinement and (own.name, spec.name) not in _OPTIONAL
+        if not p.fixed and not spec.refinement and not spec.bound_is_meant
     ]
     return any(value <= low or value >= high for value, low, high in vital) or trial.contribution <= 0.0

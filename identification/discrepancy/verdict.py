@@ -24,7 +24,7 @@ from identification.discrepancy.signatures import tangent
 from identification.discrepancy.where import Region, locate
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.physical.elements import CATALOGUE
+from identification.physical.elements import TONE
 from identification.physical.model import Element, Model
 from identification.physical.predict import predict
 from identification.record import Record
@@ -50,8 +50,8 @@ class SearchResult:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Every name, that of the hum last."""
-        return self.found.names + (("mains_hum",) if self.hum else ())
+        """The id of every named element, that of the hum last."""
+        return self.found.names + ((TONE.name,) if self.hum else ())
 
     @property
     def most_doubted(self) -> str | None:
@@ -148,11 +148,11 @@ def _effects(result: SearchResult, final: Model, train: Gaps) -> tuple[Effect, .
     """Every name with its values in the final model, and the gap without it and with it."""
     effects = []
     for e in result.evidence:
-        element = next(x for x in reversed(final.elements) if x.name == e.name)
+        element = final.element(e.name)
         without = _gap(result.found.compared[e.name].without.model, result.hum, result.train)
         effects.append(_effect(element, e.confidence, e.alternatives, without, train.final, e))
     if result.hum is not None:
-        element = next(x for x in final.elements if x.name == "mains_hum")
+        element = final.element(TONE.name)
         without = float(np.hypot(train.final, result.hum.amplitude / np.sqrt(2.0)))
         belief = {1: ONE_RUN, 2: TWO_RUNS}.get(len(result.train), 0.99)
         effects.append(_effect(element, belief, (), without, train.final, None))
@@ -227,5 +227,4 @@ def _nearest(found: Search) -> str:
     if not found.moves:
         return ""
     best = min(found.moves[0].rivals, key=lambda t: t.excess)
-    title = CATALOGUE[best.name].title
-    return f"; nearest in shape is {title}, but its strength differs from run to run"
+    return f"; nearest in shape is {best.own.spec.title}, but its strength differs from run to run"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identification.errors import DataError, SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.physical.model import Element, Model
+from identification.physical.model import Model
 from identification.record import Record
 
 Floats = NDArray[np.float64]
@@ -70,7 +70,7 @@ def _held(model: Model, index: int, value: float) -> Model:
         parameters = list(e.parameters)
         if at <= index < at + len(parameters):
             parameters[index - at] = replace(parameters[index - at], value=value, fixed=True)
-        elements.append(Element(e.name, tuple(parameters)))
+        elements.append(replace(e, parameters=tuple(parameters)))
         at += len(parameters)
     return replace(model, elements=tuple(elements))
 

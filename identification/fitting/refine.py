@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.physical.model import Element, Model, Parameter
+from identification.physical.model import Model, Parameter
 from identification.record import Record
 from identification.scales import scales_of
 
@@ -15,21 +15,23 @@ _AT_NOISE = 0.02  # excess over noise energy at which a finer shape could not be
 _PAYS = 0.1  # share of the excess that a finer shape must take away
 FIT_ITERATIONS = 14
 FLAT = 3e-4  # of the misfit: an iteration that gains less decides nothing
-_BUILDS_UP_OVER = ("m", "m/s")  # units of what a finer shape is: a gain of the current is none
 
 
 def refined(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
-    """The fit with the finer shape of one element free, where it has one and the data show it; else as it is."""
+    """The fit with the finer shape of one element free, where it has one and the data show it; else as it is.
+
+    A gain on the current is no finer shape.
+    """
     own = fit.model.elements[index]
     finer = [k for k, (s, p) in enumerate(zip(own.spec.parameters, own.parameters, strict=True))
-             if s.refinement and s.unit in _BUILDS_UP_OVER and p.fixed]  # fmt: skip
+             if s.refinement and not s.gain and p.fixed]  # fmt: skip
     excess = fit.chi2 - fit.samples
     if not finer or excess < _AT_NOISE * fit.samples:
         return fit
     free = _start({own.spec.parameters[k].unit for k in finer}, records, fit.rms)
     parameters = tuple(free if k in finer else p for k, p in enumerate(own.parameters))
     elements = list(fit.model.elements)
-    elements[index] = Element(own.name, parameters)
+    elements[index] = replace(own, parameters=parameters)
     try:
         shaped = fit_records(
             replace(fit.model, elements=tuple(elements)), records, max_iterations=FIT_ITERATIONS, tolerance=FLAT
@@ -48,13 +50,10 @@ def refine_curves(fit: Fit, records: Sequence[Record]) -> Fit:
 
 def shaped_like(model: Model, fitted: Model) -> Model:
     """`model` with the finer shapes that its elements have in `fitted`, which holds at least the same elements."""
-    fine = list(fitted.elements)
     elements = []
     for own in model.elements:
-        twin = next(e for e in fine if e.name == own.name)
-        fine.remove(twin)
-        pairs = zip(own.spec.parameters, own.parameters, twin.parameters, strict=True)
-        elements.append(Element(own.name, tuple(q if s.refinement else p for s, p, q in pairs)))
+        pairs = zip(own.spec.parameters, own.parameters, fitted.element(own.id).parameters, strict=True)
+        elements.append(replace(own, parameters=tuple(q if s.refinement else p for s, p, q in pairs)))
     return replace(model, elements=tuple(elements))
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,8 @@ from identification.errors import ModelError
 from identification.models.motion import Motion
 from identification.models.protocol import TrainingRange
 from identification.physical.elements import CATALOGUE, PATHS, ElementSpec, Path
+
+_LABELLED: Final = re.compile(r"#[\w-]+")  # no dot: that stands between the id and a parameter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,14 +32,22 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """One named element; every parameter of its catalogue row has a value within physical bounds."""
+    """One element of the catalogue; every parameter of its row has a value within physical bounds.
+
+    Its `id` tells it from others of the same name in a model: the name, or the name, "#" and a label.
+    """
 
     name: str
     parameters: tuple[Parameter, ...]
+    id: str = ""  # where left out: the name
 
     def __post_init__(self) -> None:
         if self.name not in CATALOGUE:
             raise ModelError(f"element '{self.name}' is not in the catalogue: use one of {', '.join(CATALOGUE)}")
+        if not self.id:
+            object.__setattr__(self, "id", self.name)
+        if self.id != self.name and not _LABELLED.fullmatch(self.id.removeprefix(self.name)):
+            raise ModelError(f"id '{self.id}' is none of a '{self.name}': use '{self.name}' or '{self.name}#label'")
         if len(self.parameters) != len(self.spec.parameters):
             names = ", ".join(p.name for p in self.spec.parameters)
             raise ModelError(f"element '{self.name}' needs the parameters {names}")
@@ -50,6 +62,19 @@ class Element:
     def value(self, parameter: str) -> float:
         """Value of one parameter by name."""
         return self.parameters[self.spec.index(parameter)].value
+
+    def values(self) -> dict[str, float]:
+        """Value of every parameter by its name."""
+        return {s.name: p.value for s, p in zip(self.spec.parameters, self.parameters, strict=True)}
+
+
+def name_of(id_: str) -> str:
+    """Name of the element that has this id.
+
+    >>> name_of("viscous_damping#2")
+    'viscous_damping'
+    """
+    return id_.partition("#")[0]
 
 
 def _check(where: str, unit: str, parameter: Parameter, low: float, high: float) -> None:
@@ -82,20 +107,22 @@ def element(name: str, values: Mapping[str, float], fixed: Sequence[str] = ()) -
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
-    """A physical damper model: elements in order on mount, control, core and sensor."""
+    """A physical damper model: elements in order on mount, control, core and sensor, each with an id of its own.
+
+    Of several that come under their name alone, all but the first get a number: `name#2`, `name#3`, …
+    """
 
     name: str
     elements: tuple[Element, ...]
 
     def __post_init__(self) -> None:
-        ordered = sorted(self.elements, key=lambda e: PATHS.index(e.spec.path))
+        ordered = _told_apart(sorted(self.elements, key=lambda e: PATHS.index(e.spec.path)))
         object.__setattr__(self, "elements", tuple(ordered))
-        for name in ("series_compliance", "free_play"):
-            if sum(e.name == name for e in ordered) > 1:
-                raise ModelError(f"mount holds '{name}' more than once: join them into one element")
-        alone = [e.name for e in ordered if e.name in ("relaxing_compliance", "series_dashpot")]
-        if alone and sum(e.spec.path == "mount" for e in ordered) > 1:
-            raise ModelError(f"mount holds '{alone[0]}' beside another element: it stands alone there")
+        for e in ordered:
+            if e.spec.once and sum(other.name == e.name for other in ordered) > 1:
+                raise ModelError(f"{e.spec.path} holds '{e.name}' more than once: join them into one element")
+            if e.spec.alone and sum(other.spec.path == e.spec.path for other in ordered) > 1:
+                raise ModelError(f"{e.spec.path} holds '{e.name}' beside another element: it stands alone there")
         if not any(e.spec.path == "core" for e in ordered):
             raise ModelError("core is empty: a damper needs at least one element that makes a force")
 
@@ -134,14 +161,41 @@ class Model:
         """Whether the force depends on the control current."""
         return any(e.spec.needs_current or is_controlled(e) for e in self.elements)
 
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Id of every element, in order."""
+        return tuple(e.id for e in self.elements)
+
+    def element(self, id_: str) -> Element:
+        """The element that has this id.
+
+        Raises
+        ------
+        ModelError
+            when none has.
+        """
+        for e in self.elements:
+            if e.id == id_:
+                return e
+        raise ModelError(f"'{self.name}' has no element '{id_}': it has {', '.join(self.ids)}")
+
+    def numbered(self, new: Element) -> Element:
+        """`new` under an id that no element of this model has."""
+        return replace(new, id=_free_id(new.name, self.ids))
+
     def with_element(self, new: Element) -> Model:
         """The model with one more element."""
         return replace(self, elements=(*self.elements, new))
 
-    def without(self, name: str) -> Model:
-        """The model without the last element of that name."""
-        index = max(i for i, e in enumerate(self.elements) if e.name == name)
-        return replace(self, elements=self.elements[:index] + self.elements[index + 1 :])
+    def replacing(self, id_: str, new: Element) -> Model:
+        """The model with another element in the place of one."""
+        elements = [new if e.id == id_ else e for e in self.elements]
+        return replace(self, elements=tuple(elements))
+
+    def without(self, id_: str) -> Model:
+        """The model without one of its elements; raises ModelError when it has none of that id."""
+        gone = self.element(id_)
+        return replace(self, elements=tuple(e for e in self.elements if e is not gone))
 
     def slots(self) -> Iterator[tuple[Element, int]]:
         """Every parameter in the order of the parameter vector, as (element, index within it)."""
@@ -154,8 +208,8 @@ class Model:
         return np.array([e.parameters[k].value for e, k in self.slots()], dtype=np.float64)
 
     def names(self) -> list[str]:
-        """`element.parameter` for every entry of the parameter vector."""
-        return [f"{e.name}.{e.spec.parameters[k].name}" for e, k in self.slots()]
+        """`id.parameter` for every entry of the parameter vector."""
+        return [f"{e.id}.{e.spec.parameters[k].name}" for e, k in self.slots()]
 
     def free(self) -> NDArray[np.bool_]:
         """Which parameters a fit may move, (P,)."""
@@ -182,9 +236,30 @@ class Model:
         elements, i = [], 0
         for e in self.elements:
             n = len(e.parameters)
-            elements.append(Element(e.name, tuple(change(p, i + k) for k, p in enumerate(e.parameters))))
+            elements.append(Element(e.name, tuple(change(p, i + k) for k, p in enumerate(e.parameters)), e.id))
             i += n
         return replace(self, elements=tuple(elements))
+
+
+def _told_apart(elements: Sequence[Element]) -> Sequence[Element]:
+    """The elements with an id each; raises ModelError where two were given the same label."""
+    if len({e.id for e in elements}) == len(elements):
+        return elements
+    labelled = [e.id for e in elements if e.id != e.name]
+    twice = {i for i in labelled if labelled.count(i) > 1}
+    if twice:
+        raise ModelError(f"id '{min(twice)}' is given more than once: give each element its own")
+    taken, out = set(labelled), list[Element]()
+    for e in elements:
+        own = e if e.id in labelled or e.id not in taken else replace(e, id=_free_id(e.name, taken))
+        taken.add(own.id)
+        out.append(own)
+    return out
+
+
+def _free_id(name: str, taken: Collection[str]) -> str:
+    """The name, or the name with the least number from 2 on, that is not taken yet."""
+    return next(i for i in (name, *(f"{name}#{k}" for k in range(2, len(taken) + 3))) if i not in taken)
 
 
 def is_controlled(e: Element) -> bool:

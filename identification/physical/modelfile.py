@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 
 from identification.errors import ModelError
 from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, kind_of, load_model, type_of, write_json
@@ -55,9 +56,12 @@ def _element(where: str, path: str, item: Json) -> Element:
         raise ModelError(f"{where}: element '{name}' is not in the catalogue: use one of {', '.join(CATALOGUE)}")
     if spec.path != path:
         raise ModelError(f"{where}: '{name}' belongs to {spec.path}, not to {path}: move it there")
-    extra = set(item) - {"element", "parameters"}
+    extra = set(item) - {"element", "id", "parameters"}
     if extra:
-        raise ModelError(f"{where}.{min(extra)} is unknown: an element has 'element' and 'parameters'")
+        raise ModelError(f"{where}.{min(extra)} is unknown: an element has 'element', 'parameters' and perhaps 'id'")
+    own_id = item.get("id", name)
+    if not isinstance(own_id, str) or not own_id:
+        raise ModelError(f"{where}.id is {own_id!r}: it must be '{name}' or '{name}#label'")
     given = item.get("parameters", {})
     if not isinstance(given, Mapping):
         raise ModelError(f"{where}.parameters is {type_of(given)}: it must be an object")
@@ -67,7 +71,7 @@ def _element(where: str, path: str, item: Json) -> Element:
             f"{where}: '{name}' has no parameter '{min(unknown)}': it has {', '.join(p.name for p in spec.parameters)}"
         )
     try:
-        return Element(name, tuple(_parameters(spec, given)))
+        return Element(name, tuple(_parameters(spec, given)), own_id)
     except ModelError as error:
         raise ModelError(f"{where}: {error}") from error
 
@@ -114,6 +118,7 @@ def _number(where: str, raw: Json) -> float:
 
 def model_to_json(model: Model) -> dict[str, Json]:
     """The model as JSON data, element by element on its four paths."""
+    ids = _ids_to_tell(model)
     return {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
@@ -123,6 +128,7 @@ def model_to_json(model: Model) -> dict[str, Json]:
             path: [
                 {
                     "element": e.name,
+                    **({"id": e.id} if e.id in ids else {}),
                     "parameters": {
                         spec.name: _parameter_json(p)
                         for spec, p in zip(e.spec.parameters, e.parameters, strict=True)
@@ -134,6 +140,12 @@ def model_to_json(model: Model) -> dict[str, Json]:
             for path in PATHS
         },
     }
+
+
+def _ids_to_tell(model: Model) -> set[str]:
+    """The ids that a reader would not give by the order of the elements alone."""
+    plain = replace(model, elements=tuple(replace(e, id=e.name) for e in model.elements))
+    return set() if plain.ids == model.ids else {e.id for e in model.elements if e.id != e.name}
 
 
 def _parameter_json(p: Parameter) -> Json:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.models.motion import Motion
+from identification.physical.elements import TONE
 from identification.physical.elements.equations.control import effective_current
 from identification.physical.model import Element, Model, Parameter
 from identification.physical.simulate import simulate, without_hum
@@ -28,10 +29,10 @@ def predict(model: Model, record: Record, *, gradient: bool | Mask = False) -> t
     set to the one that fits this record best. So is what the current before the run left in a magnetic circuit with
     hysteresis.
     """
-    if model.has("mains_hum"):
+    if model.has(TONE.name):
         model = in_phase(model, record)
     motion = record.motion
-    if model.has("control_hysteresis") and record.has_current:
+    if any(e.spec.remanent for e in model.elements) and record.has_current:
         motion = _as_left(model, record)
     response = simulate(model, motion, gradient=gradient)
     full, whole = response.gradient, response.force
@@ -74,10 +75,7 @@ def in_phase(model: Model, record: Record) -> Model:
     rest = record.force - simulate(without_hum(model), record.motion).force
     if record.simulated is not None:
         rest = rest - record.simulated
-    elements = [
-        Element(e.name, _turned(e, rest, record)) if any(p.of_run for p in e.spec.parameters) else e
-        for e in model.elements
-    ]
+    elements = [replace(e, parameters=_turned(e, rest, record)) if e.spec.tone else e for e in model.elements]
     return replace(model, elements=tuple(elements))
 
 

@@ -13,6 +13,7 @@ from identification.models.motion import Motion
 from identification.physical.collocation import nodes_of
 from identification.physical.elements.equations.control import effective_current
 from identification.physical.elements.equations.sensor import delay_of, sensor_force
+from identification.physical.elements.mount import RIGID_DAMPING, RIGID_STIFFNESS
 from identification.physical.elements.stability import unbounded
 from identification.physical.model import Element, Model
 from identification.physical.mounted import mounted
@@ -22,8 +23,6 @@ from identification.physical.rigid import rigid
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-RIGID_STIFFNESS = 3.0e7  # N/m: a worn joint without a bush meets steel
-RIGID_DAMPING = 3.0e3  # N·s/m
 _SAME_TEMPERATURE_K = 0.05  # a body this steady is at one temperature: fade is some 0.5 % per kelvin
 _SETTLED = 1e-4  # of the force: a period that ends as near to the one before has forgotten the start
 _AHEAD = (0.25, 1.0, 2.0, 4.0)  # periods before one that repeats; what holds on longer is a matter of how it began
@@ -120,7 +119,7 @@ def _remembers(model: Model) -> bool:
 
 
 def _warms(model: Model) -> bool:
-    return any(e.spec.by_temperature for e in model.elements)
+    return any(e.spec.needs_temperature for e in model.elements)
 
 
 def _settled(model: Model, motion: Motion, warm: int) -> Motion:
@@ -230,5 +229,4 @@ def _mount_columns(mount: Sequence[Element], numbers: NDArray[np.int64]) -> Moun
 
 def without_hum(model: Model) -> Model:
     """The model less what has a parameter of its own in every run, as the phase of a hum."""
-    own = [any(p.of_run for p in e.spec.parameters) for e in model.elements]
-    return replace(model, elements=tuple(e for e, o in zip(model.elements, own, strict=True) if not o))
+    return replace(model, elements=tuple(e for e in model.elements if not e.spec.tone))

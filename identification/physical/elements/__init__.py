@@ -1,16 +1,35 @@
 """The elements of a damper model: their rows, the catalogue of all rows, and their compiled equations."""
 
-from identification.physical.elements.catalogue import CATALOGUE, code_of
-from identification.physical.elements.spec import PATHS, ElementSpec, Family, ParameterSpec, Path, Starts, Values
+from identification.physical.elements.catalogue import CATALOGUE, TONE, code_of
+from identification.physical.elements.spec import (
+    PATHS,
+    Curve,
+    Departure,
+    ElementSpec,
+    Family,
+    Growth,
+    ParameterSpec,
+    Path,
+    Remedy,
+    Starts,
+    Surroundings,
+    Values,
+)
 
 __all__ = [
     "CATALOGUE",
     "PATHS",
+    "TONE",
+    "Curve",
+    "Departure",
     "ElementSpec",
     "Family",
+    "Growth",
     "ParameterSpec",
     "Path",
+    "Remedy",
     "Starts",
+    "Surroundings",
     "Values",
     "code_of",
 ]

@@ -23,6 +23,8 @@ _ROWS: Final[tuple[ElementSpec, ...]] = (
 CATALOGUE: Final[dict[str, ElementSpec]] = {row.name: row for row in _ROWS}
 """Every element by its name."""
 
+(TONE,) = (row for row in _ROWS if row.tone)  # what the search for a tone finds
+
 
 def _codes() -> dict[str, int]:
     counts = dict.fromkeys(Family, 0)

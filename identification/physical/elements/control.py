@@ -4,7 +4,25 @@ from __future__ import annotations
 
 from typing import Final
 
-from identification.physical.elements.spec import TINY, ElementSpec, Family, ParameterSpec
+from identification.physical.elements.spec import (
+    TINY,
+    Alias,
+    Departure,
+    ElementSpec,
+    Family,
+    ParameterSpec,
+    Remedy,
+    Values,
+)
+
+_PROBE = "record the current at the coil with a probe of its own"
+_SMEARS = 0.3  # of a dead time: real ones are no sharper
+
+
+def _smears(less: Values, more: Values) -> bool:
+    """Whether one of a lag and a dead time is only how a real one of the other kind departs from it."""
+    return less["tau"] < _SMEARS * more["tau"]
+
 
 ROWS: Final = (
     ElementSpec(
@@ -12,37 +30,50 @@ ROWS: Final = (
         family=Family.CONTROL,
         title="first-order lag of the control",
         equation="du/dt = (i − u)/tau",
-        parameters=(ParameterSpec("tau", "s"),),
+        parameters=(ParameterSpec("tau", "s", limits=lambda s: (0.0, 0.5 * s.duration), remedy=Remedy.FREQUENCY),),
         starts=lambda s: [{"tau": part * s.current_time} for part in (0.2, 1.0)],
         needs_current=True,
         memory=True,
+        alias=Alias("a slow current amplifier", _PROBE),
+        departure=Departure(
+            of="control_delay",
+            is_only=_smears,
+            words=lambda v: f"the dead time of the control is smeared by a lag of {v['tau']:.3g} s",
+        ),
     ),
     ElementSpec(
         name="control_delay",
         family=Family.CONTROL,
         title="dead time of the control",
         equation="u(t) = i(t − tau)",
-        parameters=(ParameterSpec("tau", "s"),),
+        parameters=(ParameterSpec("tau", "s", limits=lambda s: (0.0, 0.1 * s.duration), remedy=Remedy.FREQUENCY),),
         starts=lambda s: [{"tau": part * s.current_time} for part in (0.1, 0.5)],
         needs_current=True,
+        alias=Alias("a dead time of the current amplifier", _PROBE),
+        departure=Departure(
+            of="control_lag", is_only=_smears, words=lambda v: f"the lag of the control sets in after {v['tau']:.3g} s"
+        ),
     ),
     ElementSpec(
         name="control_saturation",
         family=Family.CONTROL,
         title="saturation of the control",
         equation="u = i_s·tanh(i/i_s)",
-        parameters=(ParameterSpec("i_s", "A", TINY),),
+        parameters=(ParameterSpec("i_s", "A", TINY, limits=lambda s: (0.1 * s.current_high, 30.0 * s.current_high)),),
         starts=lambda s: [{"i_s": part * max(abs(s.current_low), s.current_high)} for part in (0.8, 2.0)],
         needs_current=True,
+        alias=Alias("a current amplifier at its limit", _PROBE),
     ),
     ElementSpec(
         name="control_hysteresis",
         family=Family.CONTROL,
         title="hysteresis of the control",
         equation="u follows i once i has moved by h/2 away from it",
-        parameters=(ParameterSpec("h", "A"),),
+        parameters=(ParameterSpec("h", "A", limits=lambda s: (0.0, s.current_high - s.current_low)),),
         starts=lambda s: [{"h": part * (s.current_high - s.current_low)} for part in (0.05, 0.15)],
         needs_current=True,
         memory=True,
+        remanent=True,
+        alias=Alias("hysteresis of the current amplifier", _PROBE),
     ),
 )

@@ -5,13 +5,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
-from identification.physical.elements.spec import TINY, UNBOUNDED, ElementSpec, Family, ParameterSpec, Values
+from identification.physical.elements.spec import (
+    TINY,
+    UNBOUNDED,
+    Curve,
+    ElementSpec,
+    Family,
+    ParameterSpec,
+    Remedy,
+    Values,
+)
 
 if TYPE_CHECKING:
     from identification.scales import Scales
 
 # What makes a force fall with speed may break a core loose behind its mount: once more, too faint for that.
 _FAINT = 0.1
+_NO_LOOP = 0.02  # hysteresis with less offset of its branches is a plain curve: beside another, that one's correction
+
+
+def _slopes(s: Scales) -> tuple[float, float]:
+    return 0.2 / s.v_rms, 3.0 / s.speeds[0]  # a curve steeper than the slow speeds is friction
 
 
 def _arctan_starts(s: Scales) -> Sequence[Values]:
@@ -37,6 +51,11 @@ def _tanh_starts(s: Scales) -> Sequence[Values]:
     return [{"alpha": s.gap, "alpha_control": 0.0, "beta": 1.0 / w, "delta": 0.2} for w in (s.speeds[0], s.speeds[1])]
 
 
+def _without_loop(values: Values, others: Sequence[ElementSpec]) -> bool:
+    """Whether a hysteresis beside a whole curve has no loop: it corrects that curve."""
+    return values["delta"] < _NO_LOOP and any(o.curve == Curve.WHOLE for o in others)
+
+
 ROWS: Final = (
     ElementSpec(
         name="viscous_damping",
@@ -44,11 +63,12 @@ ROWS: Final = (
         title="viscous damping",
         equation="f = (c + c_control·u)·w",
         parameters=(
-            ParameterSpec("c", "N·s/m"),
-            ParameterSpec("c_control", "N·s/(m·A)", UNBOUNDED, default=0.0, gain=True),
+            ParameterSpec("c", "N·s/m", remedy=Remedy.SPEEDS),
+            ParameterSpec("c_control", "N·s/(m·A)", UNBOUNDED, default=0.0, gain=True, remedy=Remedy.CURRENT),
         ),
         starts=lambda s: [{"c": s.gap / s.v_rms, "c_control": 0.0}],
         linear_in_velocity=True,
+        curve=Curve.LAW,
     ),
     ElementSpec(
         name="arctan_damping",
@@ -56,20 +76,26 @@ ROWS: Final = (
         title="saturating (arctan) damping",
         equation="f = F1·(2/π)·arctan(S·w) + d·w + F2",
         parameters=(
-            ParameterSpec("F1", "N"),
-            ParameterSpec("S", "s/m", TINY),
-            ParameterSpec("d", "N·s/m"),
+            ParameterSpec("F1", "N", remedy=Remedy.SPEEDS),
+            ParameterSpec("S", "s/m", TINY, limits=_slopes, remedy=Remedy.SPEEDS),
+            ParameterSpec("d", "N·s/m", bound_is_meant=True, remedy=Remedy.SPEEDS),
             ParameterSpec("F2", "N", UNBOUNDED, default=0.0, outside=True),
         ),
         starts=_arctan_starts,
+        curve=Curve.WHOLE,
     ),
     ElementSpec(
         name="piecewise_linear_damping",
         family=Family.DAMPING,
         title="piecewise-linear damping",
         equation="f = c1·w while |c1·w| < f_r, beyond it sgn(w)·(1 − c2/c1)·f_r + c2·w",
-        parameters=(ParameterSpec("c1", "N·s/m", TINY), ParameterSpec("c2", "N·s/m"), ParameterSpec("f_r", "N")),
+        parameters=(
+            ParameterSpec("c1", "N·s/m", TINY, remedy=Remedy.SPEEDS),
+            ParameterSpec("c2", "N·s/m", bound_is_meant=True, remedy=Remedy.SPEEDS),
+            ParameterSpec("f_r", "N", remedy=Remedy.SPEEDS),
+        ),
         starts=_piecewise_starts,
+        curve=Curve.WHOLE,
     ),
     ElementSpec(
         name="valve_damping",
@@ -77,37 +103,47 @@ ROWS: Final = (
         title="controlled valve damping",
         equation="f = c(u)·w/√(1 + (w/w_knee)²), c from c_soft at u_soft to c_firm at u_firm",
         parameters=(
-            ParameterSpec("c_soft", "N·s/m"),
-            ParameterSpec("c_firm", "N·s/m"),
-            ParameterSpec("u_soft", "A", UNBOUNDED),
-            ParameterSpec("u_firm", "A", UNBOUNDED),
-            ParameterSpec("w_knee", "m/s", TINY),
+            ParameterSpec("c_soft", "N·s/m", remedy=Remedy.CURRENT),
+            ParameterSpec("c_firm", "N·s/m", remedy=Remedy.CURRENT),
+            ParameterSpec("u_soft", "A", UNBOUNDED, remedy=Remedy.CURRENT),
+            ParameterSpec("u_firm", "A", UNBOUNDED, remedy=Remedy.CURRENT),
+            ParameterSpec(
+                "w_knee", "m/s", TINY, limits=lambda s: (0.1 * s.speeds[0], 30.0 * s.v_rms), remedy=Remedy.SPEEDS
+            ),
         ),
         starts=_valve_starts,
         needs_current=True,
+        curve=Curve.WHOLE,
     ),
     ElementSpec(
         name="quadratic_damping",
         family=Family.DAMPING,
         title="quadratic (orifice) damping",
         equation="f = q·w·|w|",
-        parameters=(ParameterSpec("q", "N·s²/m²"),),
+        parameters=(ParameterSpec("q", "N·s²/m²", remedy=Remedy.SPEEDS),),
         starts=lambda s: [{"q": s.gap / s.v_rms**2}],
+        curve=Curve.LAW,
     ),
     ElementSpec(
         name="relief_valve",
         family=Family.DAMPING,
         title="relief valve",
         equation="f = −c_drop·sgn(w)·max(0, |w| − w_knee)",
-        parameters=(ParameterSpec("c_drop", "N·s/m"), ParameterSpec("w_knee", "m/s", TINY)),
+        parameters=(
+            ParameterSpec("c_drop", "N·s/m", remedy=Remedy.SPEEDS),
+            ParameterSpec(
+                "w_knee", "m/s", TINY, limits=lambda s: (0.2 * s.speeds[0], 0.95 * s.v_max), remedy=Remedy.SPEEDS
+            ),
+        ),
         starts=_relief_starts,
+        curve=Curve.BEND,
     ),
     ElementSpec(
         name="damping_asymmetry",
         family=Family.DAMPING,
         title="rebound–compression asymmetry",
         equation="f = c_a·|w|",
-        parameters=(ParameterSpec("c_a", "N·s/m", UNBOUNDED),),
+        parameters=(ParameterSpec("c_a", "N·s/m", UNBOUNDED, remedy=Remedy.SPEEDS),),
         starts=lambda s: [{"c_a": part * s.gap / s.v_rms} for part in (1.0, _FAINT)],
     ),
     ElementSpec(
@@ -116,14 +152,16 @@ ROWS: Final = (
         title="hyperbolic-tangent hysteresis",
         equation="f = (alpha + alpha_control·u)·tanh(beta·w + delta·sgn(z))",
         parameters=(
-            ParameterSpec("alpha", "N"),
-            ParameterSpec("alpha_control", "N/A", UNBOUNDED, default=0.0, gain=True),
-            ParameterSpec("beta", "s/m", TINY),
-            ParameterSpec("delta", "–"),
+            ParameterSpec("alpha", "N", remedy=Remedy.SPEEDS),
+            ParameterSpec("alpha_control", "N/A", UNBOUNDED, default=0.0, gain=True, remedy=Remedy.CURRENT),
+            ParameterSpec("beta", "s/m", TINY, limits=_slopes, remedy=Remedy.SPEEDS),
+            ParameterSpec("delta", "–", bound_is_meant=True, remedy=Remedy.SPEEDS),
             # A measured hysteresis turns over across a displacement z_r; the canonical form does so at one point.
             ParameterSpec("z_r", "m", default=0.0, refinement=True),
         ),
         starts=_tanh_starts,
         by_position=True,
+        curve=Curve.WHOLE,
+        denied=_without_loop,
     ),
 )

@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
-from identification.physical.elements.spec import TINY, UNBOUNDED, ElementSpec, Family, ParameterSpec, Values
+from identification.physical.elements.spec import (
+    TINY,
+    UNBOUNDED,
+    Curve,
+    ElementSpec,
+    Family,
+    Growth,
+    ParameterSpec,
+    Remedy,
+    Surroundings,
+    Values,
+)
 
 if TYPE_CHECKING:
     from identification.scales import Scales
+
+_FALLS = 1.05  # friction at rest over that in motion: less is no fall
+_LOOP = 0.2  # of its slope: what a hysteresis loses at least on the way there, to be told from a spring
 
 # Measured friction builds up over a velocity w_r; the canonical form jumps.
 _BUILD_UP = ParameterSpec("w_r", "m/s", default=0.0, refinement=True)
@@ -30,6 +45,25 @@ def _bouc_wen_starts(s: Scales) -> Sequence[Values]:
     return guesses
 
 
+def _falling_from(coulomb: Values, s: Scales) -> Sequence[Values]:
+    """Curves that start as high as a Coulomb friction that fits.
+
+    By itself a Stribeck curve may follow how friction builds up, while the base's own curve takes up how it falls.
+    """
+    level = coulomb["f_c"]
+    return [{"f_c": 0.8 * level, "f_s": 1.1 * level, "w_s": w} for w in s.speeds[:3]]
+
+
+def _does_not_fall(values: Values, _: Sequence[ElementSpec]) -> bool:
+    return values["f_s"] <= _FALLS * values["f_c"]
+
+
+def _comes_back(values: Values, around: Surroundings) -> bool:
+    """Whether the hysteresis all but comes back the way it went, from half the stroke: then it is a spring."""
+    lost = values["gamma"] * float((values["A"] * 0.5 * around.stroke) ** values["n"])
+    return lost < _LOOP * values["A"]
+
+
 ROWS: Final = (
     ElementSpec(
         name="bouc_wen",
@@ -37,43 +71,71 @@ ROWS: Final = (
         title="Bouc–Wen hysteresis",
         equation="f = (alpha + alpha_control·u)·h, dh/dt = A·w − gamma·|w|·h·|h|^(n−1) − beta·w·|h|^n",
         parameters=(
-            ParameterSpec("alpha", "N/m"),
-            ParameterSpec("A", "–", TINY),
-            ParameterSpec("n", "–", 1.0, high=10.0),
-            ParameterSpec("beta", "1/m^n", UNBOUNDED),
-            ParameterSpec("gamma", "1/m^n"),  # below zero it would make energy out of nothing
-            ParameterSpec("alpha_control", "N/(m·A)", UNBOUNDED, default=0.0, refinement=True, gain=True),
+            ParameterSpec("alpha", "N/m", remedy=Remedy.SPEEDS),
+            ParameterSpec("A", "–", TINY, held=True),  # alpha and A only act as a product
+            ParameterSpec(
+                "n", "–", 1.0, high=10.0, bound_is_meant=True, limits=lambda s: (1.0, 4.0), remedy=Remedy.STROKE
+            ),
+            ParameterSpec("beta", "1/m^n", UNBOUNDED, remedy=Remedy.SPEEDS),
+            # Below zero it would make energy out of nothing.
+            ParameterSpec("gamma", "1/m^n", limits=lambda s: (0.0, math.inf), remedy=Remedy.SPEEDS),
+            ParameterSpec(
+                "alpha_control", "N/(m·A)", UNBOUNDED, default=0.0, refinement=True, gain=True, remedy=Remedy.CURRENT
+            ),
         ),
         starts=_bouc_wen_starts,
         memory=True,
         explicit_rate=True,
         linear_in_velocity=True,
+        curve=Curve.WHOLE,
+        takes_any_form=True,
+        mistaken=_comes_back,
     ),
     ElementSpec(
         name="coulomb_friction",
         family=Family.FRICTION,
         title="Coulomb friction",
         equation="f = f_c·sgn(w)",
-        parameters=(ParameterSpec("f_c", "N"), _BUILD_UP),
+        parameters=(ParameterSpec("f_c", "N", remedy=Remedy.SPEEDS), _BUILD_UP),
         starts=lambda s: [{"f_c": s.gap}],
         smooth_over="w_r",
+        dry_friction=True,
     ),
     ElementSpec(
         name="stribeck_friction",
         family=Family.FRICTION,
         title="Stribeck friction",
         equation="f = (f_c + (f_s − f_c)·exp(−(w/w_s)²))·sgn(w)",
-        parameters=(ParameterSpec("f_c", "N"), ParameterSpec("f_s", "N"), ParameterSpec("w_s", "m/s", TINY), _BUILD_UP),
+        parameters=(
+            ParameterSpec("f_c", "N", remedy=Remedy.SPEEDS),
+            ParameterSpec("f_s", "N", remedy=Remedy.SPEEDS),
+            ParameterSpec("w_s", "m/s", TINY, limits=lambda s: (0.02 * s.speeds[0], s.speeds[3]), remedy=Remedy.SPEEDS),
+            _BUILD_UP,
+        ),
         starts=_stribeck_starts,
         smooth_over="w_r",
+        dry_friction=True,
+        falls_with_speed=True,
+        growth=Growth(of="coulomb_friction", starts=_falling_from),
+        denied=_does_not_fall,
     ),
     ElementSpec(
         name="presliding_friction",
         family=Family.FRICTION,
         title="presliding friction",
         equation="df/dt = sigma·w·(1 − sgn(w)·f/f_c)",
-        parameters=(ParameterSpec("sigma", "N/m", TINY), ParameterSpec("f_c", "N", TINY)),
+        parameters=(
+            ParameterSpec(
+                "sigma",
+                "N/m",
+                TINY,
+                limits=lambda s: (0.1 * s.gap / s.x_rms, 1e4 * s.force / s.x_rms),
+                remedy=Remedy.FREQUENCY,
+            ),
+            ParameterSpec("f_c", "N", TINY, remedy=Remedy.SPEEDS),
+        ),
         starts=_presliding_starts,
         memory=True,
+        dry_friction=True,
     ),
 )

@@ -4,7 +4,39 @@ from __future__ import annotations
 
 from typing import Final
 
-from identification.physical.elements.spec import TINY, UNBOUNDED, ElementSpec, Family, ParameterSpec
+from identification.physical.elements.spec import (
+    TINY,
+    UNBOUNDED,
+    Alias,
+    Departure,
+    ElementSpec,
+    Family,
+    ParameterSpec,
+    Remedy,
+    Surroundings,
+    Values,
+)
+
+RIGID_STIFFNESS: Final = 3e7
+"""Contact stiffness that free play meets when no bush stands beside it, N/m."""
+RIGID_DAMPING: Final = 3e3
+"""Its damping, N·s/m."""
+
+_STEEL = 0.2  # of a rigid contact's stiffness
+_SEAT = 0.05  # of what a play does: as much as the ways in which its halves may meet differ
+_PLAY = 0.1  # of what its contact gives way under the rms force: less play does not show beside it
+_BAR = "put a rigid bar in the place of the damper: what yields then is the rig's"
+
+
+def _as_stiff_as_steel(compliance: Values, _: Values) -> bool:
+    return compliance["k"] > _STEEL * RIGID_STIFFNESS
+
+
+def _gives_way(values: Values, around: Surroundings) -> bool:
+    """Whether a joint without a bush gives way in its contact by many times its play: that is a compliance."""
+    bushed = any(o.name == "series_compliance" for o in around.others)
+    return not bushed and values["gap"] < _PLAY * around.force / RIGID_STIFFNESS
+
 
 ROWS: Final = (
     ElementSpec(
@@ -12,8 +44,26 @@ ROWS: Final = (
         family=Family.MOUNT,
         title="series compliance (bush, oil column)",
         equation="f = k·e + c·de/dt, e = x − z",
-        parameters=(ParameterSpec("k", "N/m", TINY, place="k"), ParameterSpec("c", "N·s/m", default=0.0, place="c")),
+        parameters=(
+            ParameterSpec(
+                "k",
+                "N/m",
+                TINY,
+                limits=lambda s: (0.2 * s.force / s.x_rms, 1e5 * s.force / s.x_rms),
+                remedy=Remedy.FREQUENCY,
+                place="k",
+            ),
+            ParameterSpec("c", "N·s/m", default=0.0, bound_is_meant=True, remedy=Remedy.SPEEDS, place="c"),
+        ),
         starts=lambda s: [{"k": s.force / (part * s.x_rms), "c": 0.0} for part in (0.005, 0.03, 0.15)],
+        once=True,
+        alias=Alias("a frame or a fixture that yields", _BAR),
+        departure=Departure(
+            of="free_play",
+            is_only=_as_stiff_as_steel,
+            share=_SEAT,
+            words=lambda v: f"the halves of the joint with play meet with {v['k']:.3g} N/m",
+        ),
     ),
     ElementSpec(
         name="relaxing_compliance",
@@ -21,11 +71,12 @@ ROWS: Final = (
         title="spring beside a Maxwell branch (standard linear solid) in series",
         equation="f = k1·e + y, dy/dt = k2·de/dt − (k2/c2)·y, e = x − z",
         parameters=(
-            ParameterSpec("k1", "N/m", TINY, place="k"),
-            ParameterSpec("k2", "N/m", TINY, place="k2"),
-            ParameterSpec("c2", "N·s/m", TINY, place="c2"),
+            ParameterSpec("k1", "N/m", TINY, place="k", remedy=Remedy.FREQUENCY),
+            ParameterSpec("k2", "N/m", TINY, place="k2", remedy=Remedy.FREQUENCY),
+            ParameterSpec("c2", "N·s/m", TINY, place="c2", remedy=Remedy.SPEEDS),
         ),
         nameable=False,
+        alone=True,
     ),
     ElementSpec(
         name="series_dashpot",
@@ -33,17 +84,27 @@ ROWS: Final = (
         title="dashpot in series",
         equation="f = (c + c_control·u)·de/dt, e = x − z",
         parameters=(
-            ParameterSpec("c", "N·s/m", TINY, place="c"),
-            ParameterSpec("c_control", "N·s/(m·A)", UNBOUNDED, default=0.0, gain=True, place="c_control"),
+            ParameterSpec("c", "N·s/m", TINY, place="c", remedy=Remedy.SPEEDS),
+            ParameterSpec(
+                "c_control", "N·s/(m·A)", UNBOUNDED, default=0.0, gain=True, place="c_control", remedy=Remedy.CURRENT
+            ),
         ),
         nameable=False,
+        alone=True,
     ),
     ElementSpec(
         name="free_play",
         family=Family.MOUNT,
         title="free play in the mount",
         equation="no force while |e| < gap/2, e = x − z",
-        parameters=(ParameterSpec("gap", "m", place="gap"),),
+        parameters=(
+            ParameterSpec(
+                "gap", "m", place="gap", limits=lambda s: (1e-5 * s.x_rms, 2.0 * s.x_rms), remedy=Remedy.STROKE
+            ),
+        ),
         starts=lambda s: [{"gap": part * s.x_rms} for part in (0.005, 0.03, 0.15)],
+        once=True,
+        alias=Alias("play in the rig's own joints", _BAR),
+        mistaken=_gives_way,
     ),
 )

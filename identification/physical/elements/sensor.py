@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from typing import Final
 
-from identification.physical.elements.spec import UNBOUNDED, ElementSpec, Family, ParameterSpec
+from identification.physical.elements.spec import (
+    UNBOLTED,
+    UNBOUNDED,
+    WITHOUT_DAMPER,
+    Alias,
+    ElementSpec,
+    Family,
+    ParameterSpec,
+    Remedy,
+)
 
 ROWS: Final = (
     ElementSpec(
@@ -12,31 +21,35 @@ ROWS: Final = (
         family=Family.SENSOR,
         title="time skew of the force channel",
         equation="F(t) = f(t − tau)",
-        parameters=(ParameterSpec("tau", "s"),),
+        parameters=(ParameterSpec("tau", "s", limits=lambda s: (0.0, 2.0 * s.motion_time), remedy=Remedy.FREQUENCY),),
         starts=lambda s: [{"tau": 0.03 * s.motion_time}],
+        moves_all=True,
+        alias=Alias("a lead of the displacement channel", "feed one electrical signal into both channels"),
     ),
     ElementSpec(
         name="force_offset",
         family=Family.SENSOR,
         title="load-cell offset",
         equation="F = f + F0",
-        parameters=(ParameterSpec("F0", "N", UNBOUNDED),),
+        parameters=(ParameterSpec("F0", "N", UNBOUNDED, outside=True),),
         starts=lambda s: [{"F0": s.gap}],
+        alias=Alias("the preload of the gas, or a weight on the load cell", UNBOLTED),
     ),
     ElementSpec(
         name="moving_mass",
         family=Family.SENSOR,
         title="mass between load cell and damper",
         equation="F = f + m·a",
-        parameters=(ParameterSpec("m", "kg"),),
+        parameters=(ParameterSpec("m", "kg", remedy=Remedy.FREQUENCY),),
         starts=lambda s: [{"m": s.gap / s.a_rms}],
+        alias=Alias("the inertia of the load cell and its fixture, or of parts inside the damper", WITHOUT_DAMPER),
     ),
     ElementSpec(
         name="parallel_stiffness",
         family=Family.SENSOR,
         title="spring beside damper and mount",
         equation="F = f + k·x",
-        parameters=(ParameterSpec("k", "N/m"),),
+        parameters=(ParameterSpec("k", "N/m", remedy=Remedy.FREQUENCY),),
         nameable=False,
     ),
     ElementSpec(
@@ -46,6 +59,7 @@ ROWS: Final = (
         equation="F = f + rate·t",
         parameters=(ParameterSpec("rate", "N/s", UNBOUNDED),),
         starts=lambda s: [{"rate": s.gap / s.duration}],
+        alias=Alias("a slow change of the gas pressure", f"{UNBOLTED}, before and after a run"),
     ),
     ElementSpec(
         name="mains_hum",
@@ -57,5 +71,7 @@ ROWS: Final = (
             ParameterSpec("frequency", "Hz"),
             ParameterSpec("phase", "rad", UNBOUNDED, default=0.0, of_run=True),
         ),
+        tone=True,
+        alias=Alias("a vibration of the pump or the frame", "record at rest, with the pump on and off"),
     ),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
+from enum import Enum, IntEnum
 from typing import TYPE_CHECKING, Final, Literal
 
 if TYPE_CHECKING:
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 Values = Mapping[str, float]
 Starts = Callable[["Scales"], Sequence[Values]]
+Limits = Callable[["Scales"], tuple[float, float]]
 
 Path = Literal["mount", "control", "core", "sensor"]
 PATHS: Final[tuple[Path, ...]] = ("mount", "control", "core", "sensor")
@@ -49,9 +50,66 @@ _PATH_OF: Final[Mapping[Family, Path]] = {
 _DISSIPATIVE: Final = (Family.DAMPING, Family.FRICTION, Family.MOTION)
 
 
+class Remedy(Enum):
+    """What a further test has to change so that a parameter shows, in words; of two, the earlier is tried first."""
+
+    CURRENT = "another current"
+    FREQUENCY = "another frequency at the same speed"
+    STROKE = "a larger stroke"
+    SPEEDS = "lower and higher speeds"
+    ANY = "another amplitude and frequency"
+
+
+class Curve(IntEnum):
+    """What a force over velocity is to a model that has it, or might."""
+
+    LAW = 1  # a law of one strength: the whole damping of a model may be one
+    WHOLE = 2  # the same with a shape of its own: beside another it counts as one more parameter
+    BEND = 3  # only bends the curve of another element
+
+
+@dataclass(frozen=True, slots=True)
+class Alias:
+    """Another cause of the same force, and the test beside the rig's programme that splits the two."""
+
+    cause: str
+    test: str
+
+
+UNBOLTED: Final = "read the load cell with the damper unbolted"
+WITHOUT_DAMPER: Final = "play the same motion without the damper: what is measured then is the rig's"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Surroundings:
+    """What an element of a fitted model stands in, as far as its name depends on it."""
+
+    others: Sequence[ElementSpec]  # the rows of all other elements
+    force: float  # the measured one, N rms
+    stroke: float  # the longest, m
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Departure:
+    """The element is no effect of its own where it is only how a real `of` departs from the ideal one."""
+
+    of: str  # the other element
+    is_only: Callable[[Values, Values], bool]  # whether own values and those of the other say so
+    share: float = 0.0  # of what the other adds: an element that closes less is only its departure
+    words: Callable[[Values], str]  # what a reader is told of it then
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Growth:
+    """Where else a fit may start that has lost what the name says: out of a fitted simpler element."""
+
+    of: str  # the simpler element
+    starts: Callable[[Values, Scales], Sequence[Values]]  # from its values; what is finer in it stays as it is
+
+
 @dataclass(frozen=True, slots=True)
 class ParameterSpec:
-    """One parameter: name, SI unit, physical bounds, and whether data may ever move it."""
+    """One parameter: name, SI unit, physical bounds, and what a fit and the search may do with it."""
 
     name: str
     unit: str
@@ -64,6 +122,10 @@ class ParameterSpec:
     outside: bool = False  # a constant force that is no part of the dissipative sum
     place: Place | None = None  # of a mount's parameter: which part of spring, damper, gap and branch it is
     of_run: bool = False  # belongs to a run: estimated for each record, never fitted
+    held: bool = False  # acts only as a product with another: fixed in what the search and the literature make
+    bound_is_meant: bool = False  # a fit may end on its bound: that is a case of the element, not the loss of it
+    limits: Limits | None = None  # of the search: a shape outside of what the data span can't be seen in them
+    remedy: Remedy = Remedy.ANY  # what lets it be seen
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,16 +137,32 @@ class ElementSpec:
     title: str
     equation: str  # in the symbols of the model file: z, w of the core, e of a mount, u of the control
     parameters: tuple[ParameterSpec, ...]
-    starts: Starts | None = None  # first values from the scales of the data; a model of the literature brings its own
+    starts: Starts | None = None  # first values from the scales of the data; without, the search does not try it
     nameable: bool = True  # whether the naming workflow may add it by itself; models of the literature are chosen
     needs_current: bool = False
+    needs_temperature: bool = False  # seen only where it varies
     memory: bool = False  # depends on the past, not on the present motion and current alone
     by_position: bool = False  # of the damping family: the force depends on z too
     linear_in_velocity: bool = False
     explicit_rate: bool = False  # a memory whose rate dh/dt an explicit method may integrate
-    by_temperature: bool = False
     needs_amplitude: bool = False  # uses v_m = sqrt(v² − a·x)
     smooth_over: str | None = None  # the parameter without which the force jumps where w changes its sign
+    curve: Curve | None = None  # over velocity, where it is one
+    dry_friction: bool = False  # two in one machine are one, of another form
+    falls_with_speed: bool = False  # of dry frictions: one that does differs from the others by that alone
+    takes_any_form: bool = False  # its curve can follow that of a simpler element closely
+    once: bool = False  # two in a model act as one
+    alone: bool = False  # the only element of its path
+    moves_all: bool = False  # acts on the force of everything before it, rather than adding to it
+    tone: bool = False  # found by its line in the spectrum, by a search of its own
+    remanent: bool = False  # what the current was before the run still acts
+    alias: Alias | None = None  # what looks the same under any motion
+    departure: Departure | None = None  # when it is no effect of its own
+    growth: Growth | None = None  # where else its fit may start
+    # Whether the values, beside elements of these rows, deny the name: such a fit has lost its element.
+    denied: Callable[[Values, Sequence[ElementSpec]], bool] | None = None
+    # Whether the values, in these surroundings, are what another element is: such a fit gets no name.
+    mistaken: Callable[[Values, Surroundings], bool] | None = None
 
     @property
     def path(self) -> Path:
@@ -100,6 +178,31 @@ class ElementSpec:
     def dissipative(self) -> bool:
         """Whether the element's force belongs to the dissipative sum."""
         return self.family in _DISSIPATIVE
+
+    @property
+    def adds(self) -> bool:
+        """Whether the element adds a force to what is there without it: only such stand on a foreign simulation."""
+        return self.path in ("core", "sensor") and not (self.modifier or self.moves_all)
+
+    @property
+    def carries(self) -> bool:
+        """Whether the element's curve may be the whole damping of a model."""
+        return self.curve in (Curve.LAW, Curve.WHOLE)
+
+    @property
+    def bent(self) -> bool:
+        """Whether the force is a bent curve over velocity alone: two of them may be taken for one another."""
+        return self.curve is not None and not (self.linear_in_velocity or self.needs_current or self.memory)
+
+    @property
+    def constant_force(self) -> bool:
+        """Whether the element is a constant force and nothing else: beside another free one it can't be seen."""
+        return all(p.outside for p in self.parameters)
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Parameters that act only as a product with another."""
+        return tuple(p.name for p in self.parameters if p.held)
 
     def index(self, parameter: str) -> int:
         """Position of a parameter in the element's block of the parameter vector."""

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import Final
 
-from identification.physical.elements.spec import TINY, UNBOUNDED, ElementSpec, Family, ParameterSpec
+from identification.physical.elements.spec import (
+    TINY,
+    UNBOLTED,
+    UNBOUNDED,
+    WITHOUT_DAMPER,
+    Alias,
+    ElementSpec,
+    Family,
+    ParameterSpec,
+    Remedy,
+)
 
 ROWS: Final = (
     ElementSpec(
@@ -12,16 +22,17 @@ ROWS: Final = (
         family=Family.SPRING,
         title="linear stiffness",
         equation="f = k·z",
-        parameters=(ParameterSpec("k", "N/m"),),
+        parameters=(ParameterSpec("k", "N/m", remedy=Remedy.FREQUENCY),),
         starts=lambda s: [{"k": s.gap / s.x_rms}],
         linear_in_velocity=True,
+        alias=Alias("a hose or a guide of the rig that acts as a spring", WITHOUT_DAMPER),
     ),
     ElementSpec(
         name="cubic_stiffness",
         family=Family.SPRING,
         title="cubic stiffness",
         equation="f = k3·z³",
-        parameters=(ParameterSpec("k3", "N/m³", UNBOUNDED),),
+        parameters=(ParameterSpec("k3", "N/m³", UNBOUNDED, remedy=Remedy.STROKE),),
         starts=lambda s: [{"k3": s.gap / s.x_rms**3}],
         linear_in_velocity=True,
     ),
@@ -32,18 +43,24 @@ ROWS: Final = (
         equation="f = −f0·(1 + z/length)^(−n)",
         parameters=(
             ParameterSpec("f0", "N"),
-            ParameterSpec("length", "m", TINY),
-            ParameterSpec("n", "–", TINY, high=5.0),
+            ParameterSpec("length", "m", TINY, limits=lambda s: (1.02 * s.x_max, 30.0 * s.x_max), remedy=Remedy.STROKE),
+            ParameterSpec(
+                "n", "–", TINY, high=5.0, bound_is_meant=True, limits=lambda s: (0.5, 3.0), remedy=Remedy.STROKE
+            ),
         ),
         starts=lambda s: [{"f0": s.gap, "length": part * s.x_max, "n": 1.3} for part in (2.5, 1.3)],
         linear_in_velocity=True,
+        alias=Alias("for its preload, an offset of the load cell", UNBOLTED),
     ),
     ElementSpec(
         name="end_stop",
         family=Family.SPRING,
         title="end stop",
         equation="f = k·max(0, z − z_max) − k·max(0, −z_max − z)",
-        parameters=(ParameterSpec("k", "N/m"), ParameterSpec("z_max", "m")),
+        parameters=(
+            ParameterSpec("k", "N/m", remedy=Remedy.FREQUENCY),
+            ParameterSpec("z_max", "m", limits=lambda s: (0.05 * s.x_max, s.x_max), remedy=Remedy.STROKE),
+        ),
         starts=lambda s: [{"k": s.force / s.x_max, "z_max": part * s.x_max} for part in (0.45, 0.65, 0.85)],
         linear_in_velocity=True,
     ),
