@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from identification.criteria import FORM
 from identification.physical.elements import CATALOGUE, Growth, Values
 from identification.physical.model import Element, Model, Parameter, element
 from identification.record import Record
@@ -74,7 +75,7 @@ def _idle(e: Element) -> bool:
 
 def _temperature_varies(records: Sequence[Record]) -> bool:
     values = [r.motion.temperature for r in records if r.has_temperature]
-    return bool(values) and max(v.max() for v in values) - min(v.min() for v in values) > 1.0
+    return bool(values) and max(v.max() for v in values) - min(v.min() for v in values) > FORM.varying_temperature
 
 
 def _free_constant(model: Model) -> bool:

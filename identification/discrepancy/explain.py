@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from identification.criteria import BUDGET
 from identification.datachecks import findings_in
 from identification.discrepancy.candidates import unlimited
 from identification.discrepancy.explanation import Explanation, NextTest, Traces
@@ -115,7 +116,7 @@ def _as_noisy(quiet: Record, record: Record) -> Record:
 def _concluded(given: Model, result: SearchResult, findings: Sequence[str], say: Progress) -> Explanation:
     """The explanation: everything fitted again to the whole records, judged, with the next test and the notes."""
     final = _final(result)
-    base = fit_records(result.base.model, result.train, max_iterations=8)
+    base = fit_records(result.base.model, result.train, max_iterations=BUDGET.base_iterations)
     traces = [
         _traces(r, given, base.model, final, held_out=held_out)
         for records, held_out in ((result.train, False), (result.held, True))
@@ -152,7 +153,7 @@ def _final(result: SearchResult) -> Model:
     grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
     added = [e.id in found.names or e.id not in base.ids for e in grown.elements]
     elements = tuple(unlimited(e) if new else e for e, new in zip(grown.elements, added, strict=True))
-    return fit_records(replace(grown, elements=elements), result.train, max_iterations=12).model
+    return fit_records(replace(grown, elements=elements), result.train, max_iterations=BUDGET.final_iterations).model
 
 
 def _by_name(compared: Compared) -> Compared:

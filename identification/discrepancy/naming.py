@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from identification.criteria import BUDGET, CHANCE, FORM
 from identification.discrepancy.excess import (
-    FORM_TOLERANCE,
     contribution,
     excess_of,
     material_excess,
@@ -17,8 +17,6 @@ from identification.discrepancy.excess import (
     significant_excess,
 )
 from identification.discrepancy.trials import (
-    FULFILS,
-    HELPS,
     Trial,
     choose,
     complexity,
@@ -28,15 +26,10 @@ from identification.discrepancy.trials import (
 )
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.fitting.refine import FIT_ITERATIONS, FLAT, refine_curves, shaped_like
+from identification.fitting.refine import refine_curves, shaped_like
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, name_of
 from identification.record import Record
-
-CLOSES = 0.4  # an element that stands alone must close this share of the excess that is left
-_EXPLAINED = 0.1  # share of the base's excess that several names together may leave
-_MAX_EFFECTS = 4
-_MOST_MOVES = 12  # names that still come and go then are not there
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,14 +76,14 @@ class Search:
 def climbed(state: Search, records: Sequence[Record], say: Callable[[str], None]) -> Search:
     """The state with every name that pays, on `records` (compact): add while it does, then swap and drop."""
     turned = False
-    while len(state.names) < _MAX_EFFECTS and worth_more(state, records):
+    while len(state.names) < FORM.most_effects and worth_more(state, records):
         say(f"{len(state.names)} named so far, the gap is {_over_noise(state):.1f} × the noise of a mean period")
         larger = grown(state, records)
         if larger is None and not turned and (otherwise := _otherwise(state)) is not None:
             larger, turned = grown(otherwise, records), True
             if larger is None:
                 state = replace(state, dead_end=frozenset(otherwise.names))
-        if larger is None or len(larger.moves) > _MOST_MOVES:
+        if larger is None or len(larger.moves) > BUDGET.most_moves:
             break
         state = larger
     return state
@@ -98,7 +91,7 @@ def climbed(state: Search, records: Sequence[Record], say: Callable[[str], None]
 
 def explains(state: Search) -> bool:
     """Whether the names together leave little of the gap."""
-    return state.excess < _EXPLAINED * state.base_excess
+    return state.excess < FORM.explained * state.base_excess
 
 
 def proven(state: Search, records: Sequence[Record]) -> Search:
@@ -108,7 +101,7 @@ def proven(state: Search, records: Sequence[Record]) -> Search:
         return _needed(state, records)
     while state.before is not None and state.before.before is not None:
         state = state.before
-    if state.before is None or state.excess < (1.0 - CLOSES) * state.before.excess:
+    if state.before is None or state.excess < (1.0 - FORM.closes) * state.before.excess:
         return state
     return state.before
 
@@ -138,7 +131,7 @@ def _needed(state: Search, records: Sequence[Record]) -> Search:
     """The state less every name without which the others fit as well."""
     for name in state.names if len(state.names) > 1 else ():
         rest = _without(state.fit, name, records)
-        if rest is not None and excess_of(rest) <= state.excess + 10.0:
+        if rest is not None and excess_of(rest) <= state.excess + CHANCE.slack:
             state = _dropped(state, name, rest)
     return state
 
@@ -158,7 +151,7 @@ def _otherwise(state: Search) -> Search | None:
         for name, c in state.compared.items()
         if c.latest and {name, *c.beside} == set(state.names)
         for t in c.rivals
-        if t.id not in state.names and t.excess < state.excess - 10.0 and choose([t]) is not None
+        if t.id not in state.names and t.excess < state.excess - CHANCE.slack and choose([t]) is not None
     ]
     if not passed:
         return None
@@ -167,11 +160,13 @@ def _otherwise(state: Search) -> Search | None:
 
 
 def _added(state: Search, records: Sequence[Record], but: Collection[str] = ()) -> Search | None:
-    alone = state.excess < _EXPLAINED * state.base_excess  # of a gap that is all but closed no part is worth little
-    at_least = CLOSES if alone else HELPS
-    if len(state.names) == _MAX_EFFECTS - 1:  # the last name must explain the gap, or none of those beside it is kept
-        at_least = max(at_least, 1.0 - _EXPLAINED * state.base_excess / state.excess)
-    found = trials(state.fit, _given(state), records, least=FULFILS * at_least, but=but)
+    alone = state.excess < FORM.explained * state.base_excess  # of a gap that is all but closed no part is worth little
+    at_least = FORM.closes if alone else FORM.helps
+    if (
+        len(state.names) == FORM.most_effects - 1
+    ):  # the last name must explain the gap, or none of those beside it is kept
+        at_least = max(at_least, 1.0 - FORM.explained * state.base_excess / state.excess)
+    found = trials(state.fit, _given(state), records, least=BUDGET.half_as_good * at_least, but=but)
     chosen = choose(found)
     if chosen is None or state.excess - chosen.excess < at_least * state.excess:
         return None
@@ -249,13 +244,13 @@ def _tried_again(state: Search, name: str, records: Sequence[Record]) -> Search:
     rest = _without(state.fit, name, records)
     if rest is None:
         return state
-    form = FORM_TOLERANCE**2 * contribution(state.fit.model, name, records)
-    if excess_of(rest) <= state.excess + form + 10.0:
+    form = FORM.tolerance**2 * contribution(state.fit.model, name, records)
+    if excess_of(rest) <= state.excess + form + CHANCE.slack:
         return _dropped(state, name, rest)
     tried = trials(rest, _given(state).without(name), records, incumbent=name, beside=state.fit.model)
     found = [_unstuck(t, state, rest, records) if t.id == name else t for t in tried]
     own = choose([t for t in found if t.id == name])
-    if own is not None and own.excess < state.excess - 10.0:  # the fit had stuck
+    if own is not None and own.excess < state.excess - CHANCE.slack:  # the fit had stuck
         state = replace(state, fit=own.fit, excess=own.excess)
     others = tuple(n for n in state.names if n != name)
     now = _compared(rest, others, found) if own is not None else replace(state.compared[name], without=rest)
@@ -271,7 +266,7 @@ def _unstuck(own: Trial, state: Search, rest: Fit, records: Sequence[Record]) ->
 
     A trial that sticks says nothing against a name that fits.
     """
-    stuck = own.excess > state.excess + 10.0
+    stuck = own.excess > state.excess + CHANCE.slack
     return trial_of(state.fit, own.id, rest, records, own.screened) if stuck else own
 
 
@@ -307,11 +302,13 @@ def _dropped(state: Search, name: str, rest: Fit) -> Search:
 def _replaces(best: Trial, name: str, found: Sequence[Trial], state: Search) -> bool:
     """Whether another name fits clearly better than the one in place, or as well and is simpler."""
     simpler = any(complexity(best) < complexity(t) for t in found if t.id == name)
-    return simpler or best.excess < state.excess - tolerance(best) - 10.0
+    return simpler or best.excess < state.excess - tolerance(best) - CHANCE.slack
 
 
 def _without(fit: Fit, name: str, records: Sequence[Record]) -> Fit | None:
     """The model fitted again without one of its elements; None where it can't run so."""
     with suppress(SimulationError):
-        return fit_records(fit.model.without(name), records, max_iterations=FIT_ITERATIONS, tolerance=FLAT)
+        return fit_records(
+            fit.model.without(name), records, max_iterations=BUDGET.fit_iterations, tolerance=BUDGET.flat
+        )
     return None

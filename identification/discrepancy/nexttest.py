@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from excitation.plan import test_from_config
 from identification.compute import run, run_here
+from identification.criteria import TEXT
 from identification.discrepancy.explanation import NextTest
 from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import orthonormal
@@ -26,12 +27,6 @@ from identification.record import Record, compact, record_to_come
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Imagined = tuple[Mapping[str, Any], Record]  # a design and the record that its run would give
-
-_TELLS = 0.1  # of the noise: two models that differ less on a test are the same there
-_BRIEF_S = 4.0  # of motion: what is shorter still costs as much, for the ramps and the settling
-_LONG_S = 60.0  # of motion: no single test may ask for more
-_SAME = 0.05  # motions that differ less in every respect are one test
-_SHORT_S = 15.0  # of motion: where nothing is suspected, no more is asked for
 
 
 def propose(found: Search, doubted: str | None, records: Sequence[Record]) -> NextTest:
@@ -54,9 +49,9 @@ def propose(found: Search, doubted: str | None, records: Sequence[Record]) -> Ne
         worth = [(value, config) for value, (config, _) in zip(values, unseen, strict=True) if value is not None]
     if not worth:
         return _explore(unseen, records)
-    if max(value for value, _ in worth) < _TELLS:
+    if max(value for value, _ in worth) < TEXT.test_tells:
         return NextTest(text=f"no test within the motion seen so far {words}: repeat the run that showed it")
-    rms, config = max(worth, key=lambda w: w[0] / max(_seconds(w[1]), _BRIEF_S))
+    rms, config = max(worth, key=lambda w: w[0] / max(_seconds(w[1]), TEXT.least_test_s))
     return NextTest(
         text=f"{_words(config)} {words}: there the two models differ by {rms:.2g} × the noise after any refit",
         design=config,
@@ -77,7 +72,7 @@ def _apart(found: Search, doubted: str | None) -> tuple[Model, Model, str] | Non
 
 def _explore(unseen: Sequence[Imagined], records: Sequence[Record]) -> NextTest:
     """Of the short tests the one least like any run so far in speed, stroke and level of current."""
-    designs = [d for d in unseen if _seconds(d[0]) <= _SHORT_S] or list(unseen)
+    designs = [d for d in unseen if _seconds(d[0]) <= TEXT.short_test_s] or list(unseen)
     if not designs:
         return NextTest()
     config, _ = max(designs, key=lambda d: min(_unlike(d[1], r) for r in records))
@@ -87,9 +82,9 @@ def _explore(unseen: Sequence[Imagined], records: Sequence[Record]) -> NextTest:
 
 def _unseen(records: Sequence[Record]) -> list[Imagined]:
     """The tests of the library that are not among the records, each with the record that it would give."""
-    designs = [d for d in library(records) if _seconds(d) <= _LONG_S]
+    designs = [d for d in library(records) if _seconds(d) <= TEXT.longest_test_s]
     imagined = [(d, _imagined(d, records)) for d in designs]
-    return [(d, new) for d, new in imagined if all(_unlike(new, r) > _SAME for r in records)]
+    return [(d, new) for d, new in imagined if all(_unlike(new, r) > TEXT.same_motion for r in records)]
 
 
 def _unlike(one: Record, other: Record) -> float:

@@ -6,15 +6,12 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from identification.criteria import FORM, TEXT
 from identification.discrepancy.explanation import Traces
 from identification.errors import SimulationError
 from identification.physical.accuracy import numerical_error
 from identification.physical.model import Model
 from identification.record import Record
-
-_TARED_APART = 0.3  # scatter of the runs' mean residuals over the gap beyond which it deserves a warning
-_COARSE = 0.5  # of the noise: a numerical error beyond it could be taken for an effect
-_STEADY = 0.02  # swing of a current, as a share of it, that moves nothing
 
 
 def finer(base: Model, fitted: Model) -> list[str]:
@@ -45,7 +42,7 @@ def coarse(model: Model, records: Sequence[Record]) -> list[str]:
             notes.append(f"{r.name}: the numerical error can't be told, half a step fails: {failed}")
             continue
         rms = float(np.sqrt(np.mean(error**2)))
-        if rms > _COARSE * r.sigma:
+        if rms > TEXT.coarse * r.sigma:
             notes.append(
                 f"{r.name}: one step a sample leaves a numerical error of {rms:.3g} N beside a noise of "
                 f"{r.sigma:.3g} N; a higher sample rate would lower it"
@@ -58,7 +55,7 @@ def tared_apart(traces: Sequence[Traces]) -> list[str]:
     rest = [t.record.measured - t.final for t in traces]
     means = np.array([float(np.mean(e)) for e in rest])
     gap = float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
-    if len(traces) < 3 or float(np.std(means)) < _TARED_APART * gap:
+    if len(traces) < 3 or float(np.std(means)) < FORM.minor * gap:
         return []
     low, high = int(np.argmin(means)), int(np.argmax(means))
     return [
@@ -70,7 +67,7 @@ def tared_apart(traces: Sequence[Traces]) -> list[str]:
 def _one_frequency(records: Sequence[Record]) -> bool:
     spreads = [(float(np.std(r.motion.v[r.window])), float(np.std(r.motion.x[r.window]))) for r in records]
     rates = [v / max(x, 1e-300) for v, x in spreads]
-    return max(rates) < 1.1 * min(rates)
+    return max(rates) < TEXT.same_frequency * min(rates)
 
 
 def of_runs(train: Sequence[Record], held: Sequence[Record]) -> list[str]:
@@ -84,7 +81,7 @@ def of_runs(train: Sequence[Record], held: Sequence[Record]) -> list[str]:
         )
     if not any(r.has_current for r in every):
         notes.append("no run has a control current: effects on the control path could not have shown")
-    elif not any(np.ptp(r.motion.i[r.window]) > _STEADY * np.max(np.abs(r.motion.i)) for r in every):
+    elif not any(np.ptp(r.motion.i[r.window]) > TEXT.steady * np.max(np.abs(r.motion.i)) for r in every):
         notes.append("the current is constant in every run: lags and hysteresis of the control could not have shown")
     if not any(r.has_temperature for r in every):
         notes.append("no run has a temperature: a fade with temperature could not have shown")

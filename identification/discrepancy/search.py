@@ -7,15 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from identification.criteria import FORM
 from identification.discrepancy.excess import excess_of
-from identification.discrepancy.naming import CLOSES, Search, climbed, explains, grown, proven, taken_up, worth_more
-from identification.discrepancy.trials import HELPS, choose
+from identification.discrepancy.naming import Search, climbed, explains, grown, proven, taken_up, worth_more
+from identification.discrepancy.trials import choose
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import refine_curves, shaped_like
 from identification.physical.model import Model, Parameter
 from identification.record import Record
-
-_NEAR = 3.0  # times its given value, up or down: a parameter of the base that goes farther has bent to hide the gap
 
 
 def search(
@@ -39,7 +38,7 @@ def search(
 def _better(other: Search, found: Search, records: Sequence[Record]) -> bool:
     """Whether other names explain much more, and all that matters where those found explain most of it already."""
     whole = not explains(found) or not worth_more(other, records)
-    return whole and explains(other) and other.excess < (1.0 - CLOSES) * found.excess
+    return whole and explains(other) and other.excess < (1.0 - FORM.closes) * found.excess
 
 
 def _bare(given: Model, base: Fit, records: Sequence[Record]) -> Search:
@@ -62,7 +61,7 @@ def _elsewhere(last: Search, given: Model, base: Fit, records: Sequence[Record])
     if _leaves(base.model, held):
         near = replace(_bare(held, fit_records(held, records), records), base_excess=last.base_excess)
         first = grown(near, records)
-        if first is not None and first.excess < (1.0 - CLOSES) * near.excess:
+        if first is not None and first.excess < (1.0 - FORM.closes) * near.excess:
             yield "with the base near its given values", first
 
 
@@ -79,7 +78,7 @@ def _second(before: Search, after: Search, led: Sequence[str], records: Sequence
     """The state with the likeliest of the other names that were tried there, but for those that `led` nowhere."""
     move = after.moves[len(before.moves)]
     chosen = choose([t for t in move.rivals if t.id not in led])
-    if chosen is None or chosen.closed < HELPS * before.excess:
+    if chosen is None or chosen.closed < FORM.helps * before.excess:
         return None
     return taken_up(before, chosen, move.rivals, records)
 
@@ -93,7 +92,7 @@ def _held(given: Model) -> Model:
 def _near(p: Parameter) -> Parameter:
     if p.fixed or p.value == 0.0:
         return p
-    low, high = sorted((p.value / _NEAR, p.value * _NEAR))
+    low, high = sorted((p.value / FORM.disproportionate, p.value * FORM.disproportionate))
     return replace(p, low=low if p.low is None else max(low, p.low), high=high if p.high is None else min(high, p.high))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.compute import run
+from identification.criteria import CHANCE
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Evaluation, evaluate, free_parameters
 from identification.physical.model import Element, Model
@@ -17,9 +18,6 @@ from identification.physical.predict import predict
 from identification.record import Record
 
 Floats = NDArray[np.float64]
-
-_RANK = 1e-7  # directions of the tangent weaker than this share of the strongest are rounding
-_VISIBLE = 1e-3  # a signature of which less than this share is its own can't be told from a refit
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +62,7 @@ def orthonormal(columns: Floats) -> Floats:
         return columns
     for _ in range(2):  # a Gram matrix squares the condition: the second pass restores orthogonality
         values, vectors = np.linalg.eigh(columns.T @ columns)
-        keep = values > _RANK**2 * values[-1]
+        keep = values > CHANCE.rank**2 * values[-1]
         columns = columns @ (vectors[:, keep] / np.sqrt(values[keep]))
     return columns
 
@@ -91,7 +89,7 @@ def signature(model: Model, trial: Element, records: Sequence[Record], at: Tange
         return Signature(trial, 0.0, 0.0)
     left = at.project(stacked)
     visible = np.linalg.norm(left, axis=0)
-    left = left[:, visible > _VISIBLE]
+    left = left[:, visible > CHANCE.visible]
     if left.shape[1] == 0:
         return Signature(trial, 0.0, float(np.max(visible)))
     basis = orthonormal(left)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.criteria import CHANCE, FORM
 from identification.discrepancy.signatures import orthonormal
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters
@@ -15,10 +16,6 @@ from identification.physical.predict import predict
 from identification.record import Record
 
 Floats = NDArray[np.float64]
-
-_ENOUGH = 5  # runs that see an effect, of which one may be odd
-_DECIDES = 0.3  # share of what all know of a strength: who knows more than this is not the odd one
-_SEES = 1e-3  # of what the best record knows of a strength: less is no second opinion
 
 
 def strengths(model: Model, name: str, records: Sequence[Record]) -> tuple[Floats, Floats]:
@@ -72,14 +69,14 @@ def spread_of(values: Floats, precision: Floats) -> float:
 def without_the_oddest(values: Floats, precision: Floats) -> tuple[Floats, Floats]:
     """The strengths but for the one farthest off, where enough are left and it does not decide the common one."""
     known = np.flatnonzero(_knows(precision))
-    if known.size < _ENOUGH:
+    if known.size < FORM.enough_runs:
         return values, precision
     away = precision[known] * (values[known] - np.median(values[known])) ** 2
     odd = known[int(np.argmax(away))]
-    if precision[odd] > _DECIDES * np.sum(precision[known]):
+    if precision[odd] > FORM.minor * np.sum(precision[known]):
         return values, precision
     return np.delete(values, odd), np.delete(precision, odd)
 
 
 def _knows(precision: Floats) -> NDArray[np.bool_]:
-    return np.asarray(precision > _SEES * np.max(precision, initial=0.0))
+    return np.asarray(precision > CHANCE.visible * np.max(precision, initial=0.0))

@@ -10,38 +10,17 @@ from functools import partial
 import numpy as np
 
 from identification.compute import run
+from identification.criteria import BUDGET, CHANCE, FORM
 from identification.discrepancy.candidates import admissible, guesses, outgrown
 from identification.discrepancy.excess import contribution, excess_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.fitting.refine import FIT_ITERATIONS, FLAT, refined
+from identification.fitting.refine import refined
 from identification.physical.elements import Curve, ElementSpec, Surroundings
 from identification.physical.model import Element, Model
 from identification.record import Record
 from identification.scales import scales_of
-
-HELPS = 0.08  # of the excess: less is no help even from one name of several
-FULFILS = 0.5  # of its promise: a sprint that closes less has stuck
-_SHORTLIST = 6
-_A_FEW, _MOST = 2, 0.6  # records that a sprint looks at, at least, and the share of the gap that they hold
-_SPRINT = 5  # iterations after which a candidate far behind the best is given up
-_GLANCE = 2  # iterations on all records of what has been given up
-_FAR = 5.0  # times the least excess
-_NEARLY = 0.1  # of the excess: a sprint that leaves no more may lead once its finer shape is free
-_BEHIND = 0.5  # of what the best has closed: a sprint that has closed less will not lead
-_RUN_ON = 2  # sprints at most
-_CLOSE = 1.5  # times the least: of several sprints with one element, those that are worth running on
-_PROMISES = 0.5  # of what the best has closed: a stuck sprint whose signature promises less is given up
-_DEAD = 0.98  # of the excess: a fit that leaves more has lost its element
-_SAME = 0.01  # of the excess: two sprints whose forces differ by less have come to the same place
-_RIVALS = 0.6  # of the promise of the name that is in place: less can't replace it
-_AT_NOISE = 0.02  # excess over noise energy at which no other start need be tried
-_ALIKE = 0.05  # share of what an element closes by which its form may miss: two that differ by less are alike
-_ALIKE_WITHIN = 0.075  # the same where the simpler is a case of the richer, which can take any form
-_BUILD_UP = 0.02  # the same for how friction builds up, which both forms of friction follow
-_MISSES = 0.3  # or this share of what the best of them leaves, where no form fits well
-_OVERPOWERS = 3.0  # times the measured force
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,9 +78,12 @@ class _Round:
     @property
     def reach(self) -> float:
         """The share of the excess within which a candidate may still lead."""
-        noise = _AT_NOISE * sum(r.measured.size for r in self.few)
-        far = max(_FAR * self.best, _FAR * noise, _NEARLY * self.before)
-        return min(far, self.best + _BEHIND * (self.before - self.best), (1.0 - HELPS) * self.before) / self.before
+        noise = CHANCE.at_noise * sum(r.measured.size for r in self.few)
+        far = max(BUDGET.far_behind * self.best, BUDGET.far_behind * noise, BUDGET.nearly_closed * self.before)
+        return (
+            min(far, self.best + BUDGET.half_as_good * (self.before - self.best), (1.0 - FORM.helps) * self.before)
+            / self.before
+        )
 
     def near(self, fit: Fit, before: float) -> bool:
         return excess_of(fit) <= self.reach * before
@@ -109,8 +91,8 @@ class _Round:
     def worth_more(self, candidate: _Candidate) -> bool:
         """Whether other starts may pay: near the best, or stuck far short of what the signature promised."""
         closed = 1.0 - excess_of(candidate.sprint) / self.before
-        stuck = candidate.promised >= _PROMISES * (1.0 - self.best / self.before)
-        return self.near(candidate.sprint, self.before) or (stuck and closed < FULFILS * candidate.promised)
+        stuck = candidate.promised >= BUDGET.half_as_good * (1.0 - self.best / self.before)
+        return self.near(candidate.sprint, self.before) or (stuck and closed < BUDGET.half_as_good * candidate.promised)
 
 
 def trials(
@@ -132,7 +114,7 @@ def trials(
     """
     top = [(i, s) for i, s in _shortlist(start, records, but) if s[0][0] >= least]
     if incumbent is not None:
-        bar = _RIVALS * max((s[0][0] for i, s in top if i == incumbent), default=0.0)
+        bar = BUDGET.rival_promise * max((s[0][0] for i, s in top if i == incumbent), default=0.0)
         top = [(i, s) for i, s in top if s[0][0] >= bar]
         if [i for i, _ in top] == [incumbent]:
             return []
@@ -168,7 +150,7 @@ def _grown(
     richer = outgrown(simpler[0].own, denied.name, growth, scales_of(records, _gap(start, records)))
     starts = [simpler[0].fit.model.replacing(simpler[0].id, replace(e, id=denied.id)) for e in richer]
     sprints = _sprinted(starts, few)
-    fits = _run_on(sprints, records, FIT_ITERATIONS) if sprints else []
+    fits = _run_on(sprints, records, BUDGET.fit_iterations) if sprints else []
     best = min(fits, key=_merit, default=denied.fit)
     return denied if _merit(best)[0] else trial_of(best, denied.id, start, records, denied.screened)
 
@@ -177,7 +159,8 @@ def _shortlist(
     start: Fit, records: Sequence[Record], but: Collection[str]
 ) -> list[tuple[str, list[tuple[float, Element]]]]:
     model, scales = start.model, scales_of(records, _gap(start, records))
-    quick = [replace(r, motion=replace(r.motion, ahead=1.0)) for r in records]  # what is not settled then is in both
+    # What has not settled after this time is in both simulations.
+    quick = [replace(r, motion=replace(r.motion, ahead=BUDGET.settling_s)) for r in records]
     at = tangent(model, quick)
     names = [n for n in admissible(model, records, scales) if n not in but]
     found = screen(model, [model.numbered(g) for n in names for g in guesses(n, scales)], quick, at)
@@ -185,7 +168,7 @@ def _shortlist(
     for s in found:
         if s.share > 0.0:
             best.setdefault(s.trial.id, []).append((s.share, s.trial))
-    return sorted(best.items(), key=lambda item: -item[1][0][0])[:_SHORTLIST]
+    return sorted(best.items(), key=lambda item: -item[1][0][0])[: BUDGET.shortlist]
 
 
 def _telling(fit: Fit, records: Sequence[Record]) -> list[Record]:
@@ -193,7 +176,7 @@ def _telling(fit: Fit, records: Sequence[Record]) -> list[Record]:
     energy = np.array([_excess_on(fit, records, [r]) for r in records])
     order = np.argsort(-energy)
     share = np.cumsum(energy[order]) / max(float(np.sum(energy)), 1e-300)
-    count = max(_A_FEW, int(np.searchsorted(share, _MOST)) + 1)
+    count = max(BUDGET.short_fit_records, int(np.searchsorted(share, BUDGET.short_fit_share)) + 1)
     kept = set(order[:count].tolist())
     return [r for k, r in enumerate(records) if k in kept]
 
@@ -216,7 +199,7 @@ def _sprinted(starts: Sequence[Model], few: Sequence[Record]) -> list[Fit]:
 
 def _sprint(start: Model, few: Sequence[Record]) -> Fit | None:
     with suppress(SimulationError):
-        return fit_records(start, few, max_iterations=_SPRINT)
+        return fit_records(start, few, max_iterations=BUDGET.short_fit_iterations)
     return None
 
 
@@ -237,11 +220,11 @@ def _fitted(candidate: _Candidate, its: _Round) -> Trial | None:
             # On a bound each time: the last resort is every guess on the base as given.
             sprints += _sprinted([its.given.with_element(guess) for _, guess in candidate.starts[1:]], its.few)
     near = full and its.near(min(sprints, key=_merit), its.before)
-    fits = _run_on(sprints, its.records, FIT_ITERATIONS if near else _GLANCE)
+    fits = _run_on(sprints, its.records, BUDGET.fit_iterations if near else BUDGET.last_look_iterations)
     if not fits:
         return None
     if full and not near and its.near(min(fits, key=_merit), excess_of(its.start)):
-        fits = _run_on(fits, its.records, FIT_ITERATIONS) or fits
+        fits = _run_on(fits, its.records, BUDGET.fit_iterations) or fits
     if full:
         raw = min(fits, key=_merit)
         fits.append(refined(raw, raw.model.ids.index(candidate.id), its.records))
@@ -267,19 +250,21 @@ def trial_of(fit: Fit, own_id: str, start: Fit, records: Sequence[Record], scree
 
 
 def _dead(fit: Fit, before: float) -> bool:
-    return excess_of(fit) > _DEAD * before
+    return excess_of(fit) > BUDGET.no_effect * before
 
 
 def _run_on(sprints: Sequence[Fit], records: Sequence[Record], iterations: int) -> list[Fit]:
     """What the best of the sprints come to on all records, one after the other until one meets the noise."""
     ranked = _apart(sorted(sprints, key=_merit))
     fits: list[Fit] = []
-    reach = _CLOSE * max(excess_of(ranked[0]), _AT_NOISE * ranked[0].samples)
+    reach = BUDGET.continued_within * max(excess_of(ranked[0]), CHANCE.at_noise * ranked[0].samples)
     for sprint in ranked:
-        if fits and (len(fits) == _RUN_ON or _at_noise(min(fits, key=_merit)) or excess_of(sprint) > reach):
+        if fits and (
+            len(fits) == BUDGET.continued_fits or _at_noise(min(fits, key=_merit)) or excess_of(sprint) > reach
+        ):
             break
         with suppress(SimulationError):
-            fits.append(fit_records(sprint.model, records, max_iterations=iterations, tolerance=FLAT))
+            fits.append(fit_records(sprint.model, records, max_iterations=iterations, tolerance=BUDGET.flat))
     return fits
 
 
@@ -296,11 +281,11 @@ def _same(fit: Fit, other: Fit) -> bool:
     """Whether two fits to the same records simulate the same, but for little of what they leave."""
     pairs = list(zip(fit.residuals, other.residuals, strict=True))
     differ = sum(float(np.sum((a - b) ** 2)) for a, b in pairs)
-    return differ < _SAME * sum(float(np.dot(b, b)) for _, b in pairs)
+    return differ < BUDGET.same_force * sum(float(np.dot(b, b)) for _, b in pairs)
 
 
 def _at_noise(fit: Fit) -> bool:
-    return excess_of(fit) < _AT_NOISE * fit.samples
+    return excess_of(fit) < CHANCE.at_noise * fit.samples
 
 
 def _merit(fit: Fit) -> tuple[bool, float]:
@@ -310,7 +295,7 @@ def _merit(fit: Fit) -> tuple[bool, float]:
 
 def _starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:
     """Where else to fit from: the refitted base has bent to hide the gap, the base as given has not."""
-    first, others = starts[0], [s for s in starts[1:] if s[0] > 0.5 * starts[0][0]]
+    first, others = starts[0], [s for s in starts[1:] if s[0] > BUDGET.half_as_good * starts[0][0]]
     second = others[0] if others else first
     return [
         given.with_element(first[1]),
@@ -335,11 +320,11 @@ def allowance(best: Trial, other: Trial) -> float:
     A fall of friction with speed that takes away half of what friction without it leaves is one: the forms of friction
     itself differ in how it builds up, and that both have.
     """
-    form = tolerance(best) + 10.0
+    form = tolerance(best) + CHANCE.slack
     falls, steady = best.own.spec, other.own.spec
     if falls.dry_friction and falls.falls_with_speed and steady.dry_friction and not steady.falls_with_speed:
-        built_up = _BUILD_UP**2 * min(best.contribution, best.closed)
-        return min(form, max(built_up, max(best.excess, 0.0) + _AT_NOISE * best.fit.samples))
+        built_up = FORM.build_up**2 * min(best.contribution, best.closed)
+        return min(form, max(built_up, max(best.excess, 0.0) + CHANCE.at_noise * best.fit.samples))
     return form
 
 
@@ -348,9 +333,9 @@ def tolerance(trial: Trial) -> float:
 
     A share of what the element closes, not of its whole force: most of that may only trade places with the base.
     """
-    alike = _ALIKE_WITHIN if trial.own.spec.takes_any_form else _ALIKE
+    alike = FORM.alike_within if trial.own.spec.takes_any_form else FORM.alike
     form = alike**2 * min(trial.contribution, trial.closed)
-    return max(form, _MISSES * max(trial.excess, 0.0))
+    return max(form, FORM.misses * max(trial.excess, 0.0))
 
 
 def complexity(trial: Trial) -> float:
@@ -375,7 +360,7 @@ def overpowers(trial: Trial) -> bool:
     """Whether a force of its own is several times the measured one: most of it then cancels what the base took on."""
     spec = trial.own.spec
     parallel = spec.path == "core" and not spec.modifier
-    return parallel and trial.contribution > _OVERPOWERS**2 * trial.measured
+    return parallel and trial.contribution > FORM.disproportionate**2 * trial.measured
 
 
 def is_mistaken(trial: Trial) -> bool:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.criteria import CHANCE, FORM
 from identification.discrepancy.confidence import ONE_RUN, TWO_RUNS
 from identification.discrepancy.equation import describe
 from identification.discrepancy.evidence import Evidence, gather
 from identification.discrepancy.excess import (
-    FORM_TOLERANCE,
     excess_of,
     material_excess,
     misshapen,
@@ -29,11 +29,6 @@ from identification.physical.model import Element, Model
 from identification.physical.predict import predict
 from identification.record import Record
 from identification.report.page_data import Profile
-
-_UTTER = 0.4  # below this confidence a name is no name: of the few that were ever stated below it none was right
-_AMBIGUOUS = 0.9  # below this confidence the next test is worth its rig time
-_FEW = 2  # training runs: fewer leave too much unseen to say that nothing is missing
-_NEAR_FLOOR = 0.35  # an excess below this share of the noise can't be told from it run by run
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +77,7 @@ def uphold(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evide
     while found.names:
         evidence = gather(found, records)
         weakest = min(evidence, key=lambda e: e.confidence)
-        if weakest.confidence >= _UTTER:
+        if weakest.confidence >= FORM.min_confidence:
             return found, evidence
         try:
             rest = fit_records(found.fit.model.without(weakest.name), records)
@@ -115,8 +110,8 @@ def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judge
 def in_doubt(judged: Judgement, runs: int) -> bool:
     """Whether a further test is worth its rig time after so many training runs."""
     if judged.verdict == Verdict.NO_DISCREPANCY:
-        return runs < _FEW
-    return judged.verdict != Verdict.EXPLAINED or any(e.confidence < _AMBIGUOUS for e in judged.effects)
+        return runs < FORM.few_runs
+    return judged.verdict != Verdict.EXPLAINED or any(e.confidence < FORM.sure for e in judged.effects)
 
 
 def _verdict(result: SearchResult, held: Gaps) -> Verdict:
@@ -132,16 +127,16 @@ def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> boo
     samples = sum(r.measured.size for r in records)
     form = misshapen(found.fit.model, found.names, records, found.base_excess - found.excess)
     if hum is not None:
-        form += FORM_TOLERANCE**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
-    floor = max(material_excess(records), significant_excess(records), _NEAR_FLOOR**2 * samples)
+        form += FORM.tolerance**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
+    floor = max(material_excess(records), significant_excess(records), CHANCE.near_floor**2 * samples)
     return found.excess > floor + form
 
 
 def _carries_over(held: Gaps) -> bool:
     """Whether what was named closes the gap on runs that no fit has seen: to the noise, or but for twice what the form
     of an element may miss where it was fitted."""
-    at_noise = held.final**2 < (1.0 + _NEAR_FLOOR**2) * held.noise_floor**2
-    return at_noise or held.closed is None or held.closed > 1.0 - 2.0 * FORM_TOLERANCE
+    at_noise = held.final**2 < (1.0 + CHANCE.near_floor**2) * held.noise_floor**2
+    return at_noise or held.closed is None or held.closed > 1.0 - 2.0 * FORM.tolerance
 
 
 def _effects(result: SearchResult, final: Model, train: Gaps) -> tuple[Effect, ...]:
@@ -154,7 +149,7 @@ def _effects(result: SearchResult, final: Model, train: Gaps) -> tuple[Effect, .
     if result.hum is not None:
         element = final.element(TONE.name)
         without = float(np.hypot(train.final, result.hum.amplitude / np.sqrt(2.0)))
-        belief = {1: ONE_RUN, 2: TWO_RUNS}.get(len(result.train), 0.99)
+        belief = {1: ONE_RUN, 2: TWO_RUNS}.get(len(result.train), FORM.hum_confidence)
         effects.append(_effect(element, belief, (), without, train.final, None))
     return tuple(effects)
 
@@ -201,7 +196,7 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
         return ""
     if verdict == Verdict.EXPLAINED:
         return f"{size:.3g} N rms stays, no more than the canonical forms of the named effects may miss of real ones"
-    if verdict == Verdict.PARTLY_EXPLAINED and size < _NEAR_FLOOR * noise_floor:
+    if verdict == Verdict.PARTLY_EXPLAINED and size < CHANCE.near_floor * noise_floor:
         return f"on the fitted runs the named effects leave {size:.3g} N rms beyond the noise"
     where = regions[0].text if regions else "spread over all runs"
     like = describe(records, tangent(found.fit.model, records)).text

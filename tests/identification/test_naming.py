@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identification.criteria import FORM
 from identification.discrepancy import Verdict, explain, naming, report_data, write_report
 from identification.discrepancy.aliases import aliases
 from identification.discrepancy.curves import interval_of_rms
-from identification.discrepancy.excess import FORM_TOLERANCE, contribution, excess_of, misshapen
+from identification.discrepancy.excess import contribution, excess_of, misshapen
 from identification.discrepancy.notes import coarse, unnamed
 from identification.discrepancy.trials import Trial, is_mistaken
 from identification.errors import DataError
@@ -325,8 +326,8 @@ def test_a_hysteresis_that_comes_back_the_way_it_went_is_a_spring(n: float, shar
 def test_what_may_be_the_form_of_a_name_is_bounded_by_what_the_name_closes(closed: float) -> None:
     records = [compact(record_from_run(run("none", 0, 1)))]
     form = misshapen(BASE, ["tanh_hysteresis"], records, closed)
-    assert 0.0 <= form <= 4.0 * FORM_TOLERANCE**2 * max(closed, 0.0)
-    assert form <= FORM_TOLERANCE**2 * contribution(BASE, "tanh_hysteresis", records)
+    assert 0.0 <= form <= 4.0 * FORM.tolerance**2 * max(closed, 0.0)
+    assert form <= FORM.tolerance**2 * contribution(BASE, "tanh_hysteresis", records)
 
 
 def as_found(*added: Element) -> tuple[naming.Search, list[Record]]:
