@@ -18,14 +18,14 @@ def guesses(name: str, scales: Scales) -> list[Element]:
     return [_first(name, values, scales) for values in starts(scales)] if starts is not None else []
 
 
-def outgrown(simpler: Element, name: str, growth: Growth, scales: Scales) -> list[Element]:
+def richer_starts(simpler: Element, name: str, growth: Growth, scales: Scales) -> list[Element]:
     """Elements of a richer name that start out of a simpler one that fits, and are as fine where it is."""
     finer = {s.name: p for s, p in zip(simpler.spec.parameters, simpler.parameters, strict=True) if s.refinement}
     return [_with(_first(name, values, scales), finer) for values in growth.starts(simpler.values(), scales)]
 
 
 def _first(name: str, values: Values, scales: Scales) -> Element:
-    return _limited(element(name, values, CATALOGUE[name].held), scales)
+    return _limit(element(name, values, CATALOGUE[name].held), scales)
 
 
 def _with(e: Element, own: Mapping[str, Parameter]) -> Element:
@@ -33,7 +33,7 @@ def _with(e: Element, own: Mapping[str, Parameter]) -> Element:
     return replace(e, parameters=tuple(own.get(s.name, p) for s, p in pairs))
 
 
-def _limited(e: Element, scales: Scales) -> Element:
+def _limit(e: Element, scales: Scales) -> Element:
     limited = {}
     for spec, p in zip(e.spec.parameters, e.parameters, strict=True):
         if spec.limits is not None:
@@ -42,7 +42,7 @@ def _limited(e: Element, scales: Scales) -> Element:
     return _with(e, limited)
 
 
-def unlimited(e: Element) -> Element:
+def remove_limits(e: Element) -> Element:
     """The element without the limits that only the search needed."""
     return replace(e, parameters=tuple(replace(p, low=None, high=None) for p in e.parameters))
 

@@ -48,8 +48,8 @@ def contribution(model: Model, name: str, records: Sequence[Record]) -> float:
     return total
 
 
-def misshapen(model: Model, names: Sequence[str], records: Sequence[Record], closed: float) -> float:
-    """Whitened energy that the names may leave because a real effect's curve strays from its canonical form.
+def form_error(model: Model, names: Sequence[str], records: Sequence[Record], closed: float) -> float:
+    """Whitened energy that the names may leave because a real effect's curve departs from its canonical form.
 
     A share of the force of each, but of no more of it than `closed`, the energy that they take off the gap, bears out:
     the rest only trades places with the base.

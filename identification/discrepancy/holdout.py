@@ -9,7 +9,7 @@ from identification.criteria import FORM
 from identification.record import Record, Window
 
 
-def keep_back(records: Sequence[Record]) -> tuple[list[Record], list[Record]]:
+def hold_out(records: Sequence[Record]) -> tuple[list[Record], list[Record]]:
     """Training and held-out records: about a quarter is kept back, spread over the list; of one run its last part.
 
     Runs whose kind stands alone (the only one with current steps, say) stay in training, so that nothing that only

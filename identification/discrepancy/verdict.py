@@ -13,8 +13,8 @@ from identification.discrepancy.equation import describe
 from identification.discrepancy.evidence import Evidence, gather
 from identification.discrepancy.excess import (
     excess_of,
+    form_error,
     material_excess,
-    misshapen,
     significant_excess,
 )
 from identification.discrepancy.explanation import Effect, Gaps, Traces, Verdict, gaps_of
@@ -49,7 +49,7 @@ class SearchResult:
         return self.found.names + ((TONE.name,) if self.hum else ())
 
     @property
-    def most_doubted(self) -> str | None:
+    def least_confident(self) -> str | None:
         """The name with the least confidence; None where there is none."""
         return min(self.evidence, key=lambda e: e.confidence).name if self.evidence else None
 
@@ -72,7 +72,7 @@ class Judgement:
         return self.verdict in (Verdict.UNKNOWN_EFFECT, Verdict.PARTLY_EXPLAINED)
 
 
-def uphold(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence]]:
+def drop_doubtful(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence]]:
     """The search less the names, one by one, that one strength in all runs does not bear out; and the evidence."""
     while found.names:
         evidence = gather(found, records)
@@ -94,7 +94,7 @@ def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judge
     verdict = _verdict(result, held)
     residuals = [r.measured - predict(result.base.model, r)[0] for r in result.quiet]
     regions, profiles = locate(residuals, result.quiet)
-    stays = _remainder(verdict, result, regions, train.noise_floor) + _unseen(verdict, held, traces)
+    stays = _remainder(verdict, result, regions, train.noise_floor) + _held_out_remainder(verdict, held, traces)
     nothing = verdict == Verdict.NO_DISCREPANCY
     return Judgement(
         verdict=verdict,
@@ -107,7 +107,7 @@ def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judge
     )
 
 
-def in_doubt(judged: Judgement, runs: int) -> bool:
+def test_is_worthwhile(judged: Judgement, runs: int) -> bool:
     """Whether a further test is worth its rig time after so many training runs."""
     if judged.verdict == Verdict.NO_DISCREPANCY:
         return runs < FORM.few_runs
@@ -125,7 +125,7 @@ def _verdict(result: SearchResult, held: Gaps) -> Verdict:
 def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> bool:
     """Whether something repeatable stays that neither noise nor the form of what was named can answer for."""
     samples = sum(r.measured.size for r in records)
-    form = misshapen(found.fit.model, found.names, records, found.base_excess - found.excess)
+    form = form_error(found.fit.model, found.names, records, found.base_excess - found.excess)
     if hum is not None:
         form += FORM.tolerance**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
     floor = max(material_excess(records), significant_excess(records), CHANCE.near_floor**2 * samples)
@@ -206,7 +206,7 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
     return f"a repeatable {size:.3g} N rms stays after the named effects; before them the gap lay {where}; {like}"
 
 
-def _unseen(verdict: Verdict, held: Gaps, traces: Sequence[Traces]) -> str:
+def _held_out_remainder(verdict: Verdict, held: Gaps, traces: Sequence[Traces]) -> str:
     """What a partly explained gap leaves on runs that no fit has seen, where that is more than it may."""
     if verdict != Verdict.PARTLY_EXPLAINED or _carries_over(held):
         return ""

@@ -13,7 +13,7 @@ from identification.record import Record
 from identification.scales import scales_of
 
 
-def refined(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
+def refine_curve(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     """The fit with the finer shape of one element free, where it has one and the data show it; else as it is.
 
     A gain on the current is no finer shape.
@@ -43,11 +43,11 @@ def refined(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
 def refine_curves(fit: Fit, records: Sequence[Record]) -> Fit:
     """The fit with every finer shape free that the data ask for."""
     for index in range(len(fit.model.elements)):
-        fit = refined(fit, index, records)
+        fit = refine_curve(fit, index, records)
     return fit
 
 
-def shaped_like(model: Model, fitted: Model) -> Model:
+def with_shapes_of(model: Model, fitted: Model) -> Model:
     """`model` with the finer shapes that its elements have in `fitted`, which holds at least the same elements."""
     elements = []
     for own in model.elements:

@@ -23,7 +23,7 @@ def test_of_fits_that_came_to_the_same_place_the_best_is_kept() -> None:
     best = fit_records(BASE, records)
     again = fit_records(BASE.with_values(1.1 * BASE.values()), records)
     off = fit_records(BASE.with_values(1.5 * BASE.values()), records, max_iterations=0)
-    assert trials._apart([best, again, off]) == [best, off]
+    assert trials.distinct([best, again, off]) == [best, off]
 
 
 def test_no_first_guess_of_a_relief_valve_takes_away_more_damping_than_is_missing() -> None:
