@@ -79,7 +79,7 @@ class _Round:
     def reach(self) -> float:
         """The share of the excess that a candidate may leave and still become the best."""
         noise = CHANCE.at_noise * sum(r.measured.size for r in self.few)
-        far = max(BUDGET.far_behind * self.best, BUDGET.far_behind * noise, BUDGET.nearly_closed * self.before)
+        far = max(BUDGET.far_behind * self.best, BUDGET.far_behind * noise, FORM.explained * self.before)
         half_way = self.best + BUDGET.half_as_good * (self.before - self.best)
         return min(far, half_way, (1.0 - FORM.helps) * self.before) / self.before
 
@@ -113,7 +113,7 @@ def trials(
     """
     top = [(i, s) for i, s in _shortlist(start, records, excluded) if s[0][0] >= least]
     if incumbent is not None:
-        bar = BUDGET.rival_promise * max((s[0][0] for i, s in top if i == incumbent), default=0.0)
+        bar = BUDGET.half_as_good * max((s[0][0] for i, s in top if i == incumbent), default=0.0)
         top = [(i, s) for i, s in top if s[0][0] >= bar]
         if [i for i, _ in top] == [incumbent]:
             return []
@@ -326,7 +326,7 @@ def allowance(best: Trial, other: Trial) -> float:
     form = tolerance(best) + CHANCE.slack
     falls, steady = best.own.spec, other.own.spec
     if falls.dry_friction and falls.falls_with_speed and steady.dry_friction and not steady.falls_with_speed:
-        built_up = FORM.build_up**2 * min(best.contribution, best.closed)
+        built_up = (FORM.tolerance / 3.0) ** 2 * min(best.contribution, best.closed)
         return min(form, max(built_up, max(best.excess, 0.0) + CHANCE.at_noise * best.fit.samples))
     return form
 
@@ -336,9 +336,9 @@ def tolerance(trial: Trial) -> float:
 
     A share of what the element closes, not of its whole force: most of that may only trade places with the base.
     """
-    alike = FORM.alike_within if trial.own.spec.takes_any_form else FORM.alike
+    alike = FORM.alike_within if trial.own.spec.takes_any_form else FORM.tolerance
     form = alike**2 * min(trial.contribution, trial.closed)
-    return max(form, FORM.misses * max(trial.excess, 0.0))
+    return max(form, FORM.minor * max(trial.excess, 0.0))
 
 
 def complexity(trial: Trial) -> float:
