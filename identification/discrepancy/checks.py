@@ -1,4 +1,4 @@
-"""What the workflow refuses: runs that don't belong together, a model that can't run on them."""
+"""Checks of runs and model before the workflow starts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What speaks for a name: the same strength in every run, a gap that closes, a margin to every rival."""
+"""The evidence for a name: the same strength in every run, a gap that closes, a margin to every rival."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def explain(
     *,
     on_progress: Progress | None = None,
 ) -> Explanation:
-    """Find where `model` and the runs disagree, name what is missing, add it, and show the gap shrink.
+    """Find where `model` and the runs disagree, name what is missing, add it, and show the gap that remains.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def explain(
     base = fit_records(model, [compact(r) for r in train])
     result = _search(model, base, _find_hum(base.model, train), train, held, report)
     if result.hum is not None and result.found.names and _find_hum(result.found.fit.model, result.train) is None:
-        report("the tone was part of what has been named: looking again without it", 0.5)
+        report("the hum was part of a named effect: repeating the search without it", 0.5)
         result = _search(model, base, None, train, held, lambda text, done: report(text, max(done, 0.5)))
     report("fitting the named effects", 0.8)
     return _conclude(model, result, findings_in([*runs, *(held_out or ())]), report)
@@ -75,7 +75,7 @@ def _search(
     train, held = ([with_motion_noise(r, base.model) for r in rs] for rs in (train, held))
     quiet = [_with_noise_of(q, r) for q, r in zip(quiet, train, strict=True)]
     base = fit_records(base.model, quiet)
-    report("looking for what is missing", 0.2)
+    report("searching for missing effects", 0.2)
     found = search(model, base, quiet, on_progress=lambda text: report(text, 0.4))
     found, evidence = drop_doubtful(found, quiet)
     found = drop_departures(found, quiet)
@@ -84,7 +84,7 @@ def _search(
 
 
 def _find_hum(model: Model, train: Sequence[Record]) -> Hum | None:
-    """Mains hum, if all runs share one that the model has not."""
+    """Mains hum that all runs share and the model does not have, or None."""
     if model.has(TONE.name):
         return None
     return find_hum([r.measured - predict(model, r)[0] for r in train], train)
@@ -100,7 +100,7 @@ def _remove_hum(base: Fit, hum: Hum | None, train: Sequence[Record]) -> list[Rec
 def _estimate_noise(
     base: Fit, hum: Hum, train: Sequence[Record], held: Sequence[Record]
 ) -> tuple[list[Record], list[Record]]:
-    """The records with the noise that they have beside the hum."""
+    """The records with the noise floor that remains without the hum."""
     every = [*train, *held]
     residuals = [r.measured - predict(base.model, r)[0] for r in every]
     quiet = [noise_without(r, hum_in(r, e, hum)) for r, e in zip(every, residuals, strict=True)]
@@ -109,7 +109,7 @@ def _estimate_noise(
 
 
 def _with_noise_of(quiet: Record, record: Record) -> Record:
-    """The compact record with the noise that has since been found in the whole one."""
+    """The compact record with the noise floor of the whole one."""
     return replace(quiet, sigma=compact(record).sigma, independent=record.independent, modelled=record.modelled)
 
 
@@ -157,7 +157,7 @@ def _fit_final(result: SearchResult) -> Model:
 
 
 def _named_for_reader(compared: Compared) -> Compared:
-    """The same for a reader, who knows names and no ids."""
+    """The comparison with names of elements in place of their ids."""
     return replace(compared, beside=tuple(name_of(n) for n in compared.beside))
 
 

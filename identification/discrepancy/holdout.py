@@ -1,4 +1,4 @@
-"""Which runs no fit may see, where the user has not said."""
+"""Choice of the held-out runs, where the user names none."""
 
 from __future__ import annotations
 

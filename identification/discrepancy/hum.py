@@ -75,7 +75,7 @@ def _changing(residual: Floats, record: Record) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class _Sight:
-    """What a record can tell of a tone."""
+    """How far a tone can be seen in a record."""
 
     samples: int
     period: int
@@ -131,13 +131,13 @@ def hum_in(record: Record, residual: Floats, hum: Hum) -> Floats:
 
 
 class _Near:
-    """A residual around one frequency: turned to rest there and summed in blocks, so that each further costs little."""
+    """A residual demodulated at one frequency and summed in blocks, so that amplitudes near it cost little."""
 
     def __init__(self, residual: Floats, times: Floats, centre: float) -> None:
         self.samples, self.width, self.centre = residual.size, 1.0 / float(np.ptp(times)), centre
-        turned = residual * np.exp(-2j * np.pi * centre * times)
+        demodulated = residual * np.exp(-2j * np.pi * centre * times)
         starts = np.arange(0, residual.size, -(-residual.size // BUDGET.tone_blocks))
-        self._sums = np.add.reduceat(turned, starts)
+        self._sums = np.add.reduceat(demodulated, starts)
         self._times = np.add.reduceat(times, starts) / np.diff(np.append(starts, residual.size))
 
     def amplitudes(self, frequencies: Floats) -> Floats:

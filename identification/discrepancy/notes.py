@@ -1,4 +1,4 @@
-"""What the reader of a report should know of the runs: how they were read, and what they could not have shown."""
+"""Notes of a report: how each run was processed, and which effects the runs could not show."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from identification.record import Record
 
 
 def finer(base: Model, fitted: Model) -> list[str]:
-    """What the base's own curves were found to be finer than their canonical form."""
+    """The finer shapes that the base's own curves were found to have."""
     return [
         f"{e.spec.title} of the base: {spec.name} = {p.value:.3g} {spec.unit}, where its canonical form jumps"
         for e in fitted.elements
@@ -26,20 +26,20 @@ def finer(base: Model, fitted: Model) -> list[str]:
 
 
 def unnamed(base: Model, final: Model, names: Collection[str]) -> list[str]:
-    """What the model has of how another element departs from the ideal, and no name (by id) says."""
+    """Elements of the model that only describe how another departs from its ideal, and are not named (by id)."""
     own = [e for e in final.elements if e.id not in names and e.id not in base.ids]
     said = [e.spec.departure.words(e.values()) for e in own if e.spec.departure is not None]
     return [f"{words}: in the model, no effect of its own" for words in said]
 
 
 def coarse(model: Model, records: Sequence[Record]) -> list[str]:
-    """A warning for each record on which the solver's own error is not small beside the noise, or can't be told."""
+    """A warning for each record on which the solver's own error is not small beside the noise, or can't be estimated."""
     notes = []
     for r in records:
         try:
             error = numerical_error(model, r.motion).force[r.window]
         except SimulationError as failed:
-            notes.append(f"{r.name}: the numerical error can't be told, half a step fails: {failed}")
+            notes.append(f"{r.name}: the numerical error can't be estimated, half a step fails: {failed}")
             continue
         rms = float(np.sqrt(np.mean(error**2)))
         if rms > TEXT.coarse * r.sigma:
@@ -71,7 +71,7 @@ def _one_frequency(records: Sequence[Record]) -> bool:
 
 
 def of_runs(train: Sequence[Record], held: Sequence[Record]) -> list[str]:
-    """How each run was read, and what these runs could not have shown."""
+    """How each run was processed, and which effects these runs could not show."""
     notes = [f"{r.name}: {r.route}" for r in train] + [f"{r.name} (held out): {r.route}" for r in held]
     notes += [f"{r.name}: {note}" for r in (*train, *held) for note in r.notes]
     every = [*train, *held]

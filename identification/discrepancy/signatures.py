@@ -69,12 +69,12 @@ def orthonormal(columns: Floats) -> Floats:
 
 def signature(model: Model, trial: Element, records: Sequence[Record], at: Tangent) -> Signature:
     """Share of the residual that the trial, in its best strength and nearby shape, would explain."""
-    grown = model.with_element(trial)
-    own = free_parameters(grown, records) & np.array([e.id not in model.ids for e, _ in grown.slots()])
+    extended = model.with_element(trial)
+    own = free_parameters(extended, records) & np.array([e.id not in model.ids for e, _ in extended.slots()])
     columns = []
     try:
         for record, base, weight in zip(records, at.base, at.weights, strict=True):
-            force, gradient = predict(grown, record, gradient=own)
+            force, gradient = predict(extended, record, gradient=own)
             assert gradient is not None
             with np.errstate(over="ignore", invalid="ignore"):
                 columns.append(weight * np.column_stack([force - base, gradient]))
@@ -83,7 +83,7 @@ def signature(model: Model, trial: Element, records: Sequence[Record], at: Tange
     stacked = np.concatenate(columns)
     with np.errstate(over="ignore", invalid="ignore"):
         norms = np.linalg.norm(stacked, axis=0)
-    sane = (norms > 0.0) & (norms < np.inf)  # a shape at the edge of what it bears may run away
+    sane = (norms > 0.0) & (norms < np.inf)  # a shape on its limit may run away
     stacked = stacked[:, sane] / norms[sane]
     if stacked.shape[1] == 0:
         return Signature(trial, 0.0, 0.0)
@@ -98,7 +98,7 @@ def signature(model: Model, trial: Element, records: Sequence[Record], at: Tange
 
 
 def screen(model: Model, trials: Sequence[Element], records: Sequence[Record], at: Tangent) -> list[Signature]:
-    """Signatures of all trials, the most telling first."""
+    """Signatures of all trials, the largest share first."""
     found = run(partial(signature, model, records=records, at=at), trials)
     return sorted(found, key=lambda s: -s.share)
 

@@ -22,8 +22,7 @@ def strengths(model: Model, name: str, records: Sequence[Record]) -> tuple[Float
     """Strength of an element, by its id, in every record, relative to the common fit, and its precision, (R,) each.
 
     λ_r = 1 + s⊥·r / s⊥·s⊥ over the samples of record r, with s⊥ the element's contribution less all that the other
-    parameters could absorb; the precision is 1/variance. Where the model can't run without the element, nothing is
-    known of it.
+    parameters could absorb; the precision is 1/variance. Where the model can't run without the element, the precision is zero.
     """
     without = model.without(name)
     free = free_parameters(without, records)
@@ -51,13 +50,13 @@ def strengths(model: Model, name: str, records: Sequence[Record]) -> tuple[Float
 
 
 def seen_by(precision: Floats) -> int:
-    """Number of records that know something of a strength."""
-    return int(np.sum(_knows(precision)))
+    """Number of records that see an effect."""
+    return int(np.sum(_is_seen(precision)))
 
 
 def spread_of(values: Floats, precision: Floats) -> float:
-    """Scatter of strengths beyond their noise, weighted by what each record knows of it."""
-    known = _knows(precision)
+    """Scatter of strengths beyond their noise, weighted by the precision of each record."""
+    known = _is_seen(precision)
     if np.sum(known) < 2:
         return 0.0
     v, w = values[known], precision[known]
@@ -67,8 +66,8 @@ def spread_of(values: Floats, precision: Floats) -> float:
 
 
 def without_the_oddest(values: Floats, precision: Floats) -> tuple[Floats, Floats]:
-    """The strengths but for the one farthest off, where enough are left and it does not decide the common one."""
-    known = np.flatnonzero(_knows(precision))
+    """The strengths without the one farthest from the median, where enough remain and it does not dominate the mean."""
+    known = np.flatnonzero(_is_seen(precision))
     if known.size < FORM.enough_runs:
         return values, precision
     away = precision[known] * (values[known] - np.median(values[known])) ** 2
@@ -78,5 +77,5 @@ def without_the_oddest(values: Floats, precision: Floats) -> tuple[Floats, Float
     return np.delete(values, odd), np.delete(precision, odd)
 
 
-def _knows(precision: Floats) -> NDArray[np.bool_]:
+def _is_seen(precision: Floats) -> NDArray[np.bool_]:
     return np.asarray(precision > CHANCE.visible * np.max(precision, initial=0.0))

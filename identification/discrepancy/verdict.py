@@ -1,4 +1,4 @@
-"""What is judged after the search: which names stand, what each closes, what is left over, and the verdict."""
+"""The verdict after the search: which names are kept, what each closes, and what remains."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from identification.report.page_data import Profile
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchResult:
-    """What a search found, and the records that it stands on: whole, kept back, and compact without the hum."""
+    """What a search found, and its records: training, held out, and the training records compact and without hum."""
 
     base: Fit
     found: Search
@@ -68,12 +68,12 @@ class Judgement:
 
     @property
     def repeatable(self) -> bool:
-        """Whether something stays that is no noise."""
+        """Whether something other than noise remains."""
         return self.verdict in (Verdict.UNKNOWN_EFFECT, Verdict.PARTLY_EXPLAINED)
 
 
 def drop_doubtful(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence]]:
-    """The search less the names, one by one, that one strength in all runs does not bear out; and the evidence."""
+    """Drop the names with too little confidence, one by one, and fit the rest again; the search and the evidence left."""
     while found.names:
         evidence = gather(found, records)
         weakest = min(evidence, key=lambda e: e.confidence)
@@ -81,7 +81,7 @@ def drop_doubtful(found: Search, records: Sequence[Record]) -> tuple[Search, lis
             return found, evidence
         try:
             rest = fit_records(found.fit.model.without(weakest.name), records)
-        except SimulationError:  # it holds the model up
+        except SimulationError:  # the model can't run without it
             return found, evidence
         names = tuple(n for n in found.names if n != weakest.name)
         found = replace(found, fit=rest, names=names, excess=excess_of(rest))
@@ -89,7 +89,7 @@ def drop_doubtful(found: Search, records: Sequence[Record]) -> tuple[Search, lis
 
 
 def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judgement:
-    """What a search comes to, given its model fitted again to the whole records and the traces of every step."""
+    """The judgement of a search, given its model fitted again to the whole records and the traces of every step."""
     train, held = (gaps_of([t for t in traces if t.held_out is kept]) for kept in (False, True))
     verdict = _verdict(result, held)
     residuals = [r.measured - predict(result.base.model, r)[0] for r in result.quiet]
@@ -123,7 +123,7 @@ def _verdict(result: SearchResult, held: Gaps) -> Verdict:
 
 
 def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> bool:
-    """Whether something repeatable stays that neither noise nor the form of what was named can answer for."""
+    """Whether the excess is larger than noise and the form error of the names explain."""
     samples = sum(r.measured.size for r in records)
     form = form_error(found.fit.model, found.names, records, found.base_excess - found.excess)
     if hum is not None:
@@ -133,8 +133,7 @@ def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> boo
 
 
 def _carries_over(held: Gaps) -> bool:
-    """Whether what was named closes the gap on runs that no fit has seen: to the noise, or but for twice what the form
-    of an element may miss where it was fitted."""
+    """Whether the names close the gap on held-out runs: to the noise, or to twice the tolerance of form."""
     at_noise = held.final**2 < (1.0 + CHANCE.near_floor**2) * held.noise_floor**2
     return at_noise or held.closed is None or held.closed > 1.0 - 2.0 * FORM.tolerance
 
@@ -195,7 +194,7 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
     if verdict == Verdict.NO_DISCREPANCY or (verdict == Verdict.EXPLAINED and size < noise_floor):
         return ""
     if verdict == Verdict.EXPLAINED:
-        return f"{size:.3g} N rms stays, no more than the canonical forms of the named effects may miss of real ones"
+        return f"{size:.3g} N rms stays, within the tolerance of the canonical forms"
     if verdict == Verdict.PARTLY_EXPLAINED and size < CHANCE.near_floor * noise_floor:
         return f"on the fitted runs the named effects leave {size:.3g} N rms beyond the noise"
     where = regions[0].text if regions else "spread over all runs"
@@ -207,7 +206,7 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
 
 
 def _held_out_remainder(verdict: Verdict, held: Gaps, traces: Sequence[Traces]) -> str:
-    """What a partly explained gap leaves on runs that no fit has seen, where that is more than it may."""
+    """What a partly explained gap leaves on held-out runs, where that is more than allowed."""
     if verdict != Verdict.PARTLY_EXPLAINED or _carries_over(held):
         return ""
     rests = {t.record.name: float(np.sqrt(np.mean((t.record.measured - t.final) ** 2))) for t in traces if t.held_out}
