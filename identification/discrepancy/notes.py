@@ -33,7 +33,7 @@ def unnamed(base: Model, final: Model, names: Collection[str]) -> list[str]:
 
 
 def coarse(model: Model, records: Sequence[Record]) -> list[str]:
-    """A warning for each record on which the solver's own error is not small beside the noise, or can't be estimated."""
+    """A warning for each record on which the numerical error is not small beside the noise, or can't be estimated."""
     notes = []
     for r in records:
         try:

@@ -22,7 +22,8 @@ def strengths(model: Model, name: str, records: Sequence[Record]) -> tuple[Float
     """Strength of an element, by its id, in every record, relative to the common fit, and its precision, (R,) each.
 
     λ_r = 1 + s⊥·r / s⊥·s⊥ over the samples of record r, with s⊥ the element's contribution less all that the other
-    parameters could absorb; the precision is 1/variance. Where the model can't run without the element, the precision is zero.
+    parameters could absorb; the precision is 1/variance, zero where the model can't run without the
+    element.
     """
     without = model.without(name)
     free = free_parameters(without, records)

@@ -320,8 +320,8 @@ def choose(found: Sequence[Trial]) -> Trial | None:
 def allowance(best: Trial, other: Trial) -> float:
     """Whitened energy by which another may fit worse than the best and still be as likely the cause.
 
-    Friction that falls with speed is the likelier cause where it leaves half of what friction without a fall leaves: how
-    friction builds up, in which the forms of friction differ, is free in both.
+    Friction that falls with speed is the likelier cause where it leaves half of what friction without a fall leaves:
+    how friction builds up, in which the forms of friction differ, is free in both.
     """
     form = tolerance(best) + CHANCE.slack
     falls, steady = best.own.spec, other.own.spec

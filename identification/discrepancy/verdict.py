@@ -73,7 +73,7 @@ class Judgement:
 
 
 def drop_doubtful(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence]]:
-    """Drop the names with too little confidence, one by one, and fit the rest again; the search and the evidence left."""
+    """Drop the names with too little confidence, one by one, and fit the rest again; then the evidence for them."""
     while found.names:
         evidence = gather(found, records)
         weakest = min(evidence, key=lambda e: e.confidence)

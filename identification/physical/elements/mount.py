@@ -24,8 +24,8 @@ RIGID_DAMPING: Final = 3e3
 
 # Share of the rigid contact's stiffness (6e6 N/m) beyond which a compliance is that of the contact. Read off outcomes.
 _STEEL = 0.2
-# Share of the energy of a play that the stiffness of its contact may close without a name: less than the tolerance of
-# form (6 %), by which published contacts differ.
+# Share of the energy of a play that the stiffness of its contact may close without a name of its own: the ways in which
+# the halves of a joint meet differ by as much. Read off outcomes.
 _SEAT = 0.05
 # Share of the deflection of the contact under the rms force: a smaller gap does not show beside the deflection.
 _PLAY = 0.1
