@@ -41,6 +41,10 @@ class Chance:
     """Excess for each sample at which a fit has met the noise: 1 % of the rms. No other start or finer shape is
     tried."""
 
+    unnoticed: float = 0.1
+    """Share of the noise, rms, below which a force does not show: the least gap that first values are scaled with, and
+    the least difference of two models on a test that tells them apart."""
+
     visible: float = 1e-3
     """Share of a signature, or of what the best record knows of a strength: less is rounding of the projection."""
 
@@ -231,6 +235,18 @@ class Text:
     step: float = 0.1
     """Change of a current from sample to sample, as a share of its range, that is a step."""
 
+    at_edge: float = 0.1
+    """Distance from the end of a range, as a share of it, within which a region is just after an event."""
+
+    narrow: float = 0.3
+    """Width of a region, as a share of the range, below which it is a place in it, such as near zero velocity."""
+
+    outer: float = 0.4
+    """Share of a range, from each end, that is called low or high."""
+
+    wide: float = 0.7
+    """Width of a region, as a share of the range, above which it is all over the range."""
+
     loud: float = 0.15
     """Share of the gap from which a run is listed with a region."""
 
@@ -260,9 +276,6 @@ class Text:
 
     curve_worth: float = 0.25
     """Share of a remainder that a curve over velocity or displacement must hold to be mentioned."""
-
-    test_tells: float = 0.1
-    """Difference of two models on a test, over the noise: they are the same below it."""
 
     same_motion: float = 0.05
     """Relative difference of two motions in every respect below which they are one test."""

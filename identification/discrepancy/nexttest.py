@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from excitation.plan import test_from_config
 from identification.compute import run, run_here
-from identification.criteria import TEXT
+from identification.criteria import CHANCE, TEXT
 from identification.discrepancy.explanation import NextTest
 from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import orthonormal
@@ -49,7 +49,7 @@ def propose(found: Search, uncertain: str | None, records: Sequence[Record]) -> 
         worth = [(value, config) for value, (config, _) in zip(values, unseen, strict=True) if value is not None]
     if not worth:
         return _explore(unseen, records)
-    if max(value for value, _ in worth) < TEXT.test_tells:
+    if max(value for value, _ in worth) < CHANCE.unnoticed:
         return NextTest(text=f"no test within the motion seen so far {words}: repeat the run that showed it")
     rms, config = max(worth, key=lambda w: w[0] / max(_seconds(w[1]), TEXT.least_test_s))
     return NextTest(

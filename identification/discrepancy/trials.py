@@ -204,7 +204,7 @@ def _short_fit(start: Model, few: Sequence[Record]) -> Fit | None:
 
 def _rms_gap(fit: Fit, records: Sequence[Record]) -> float:
     noise = np.sqrt(np.mean([r.sigma**2 for r in records]))
-    return float(np.sqrt(max(fit.rms**2 - noise**2, (0.1 * noise) ** 2)))
+    return float(np.sqrt(max(fit.rms**2 - noise**2, (CHANCE.unnoticed * noise) ** 2)))
 
 
 def _fit_candidate(candidate: _Candidate, its: _Round) -> Trial | None:

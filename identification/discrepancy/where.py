@@ -149,13 +149,15 @@ def _region(name: str, unit: str, edges: Floats, energy: Floats, count: Floats, 
 
 def _words(name: str, low: float, high: float, edges: Floats) -> str:
     span = float(edges[-1] - edges[0])
-    if name == "velocity" and low < 0.0 < high and high - low < 0.3 * span:
+    if name == "velocity" and low < 0.0 < high and high - low < TEXT.narrow * span:
         return "near zero velocity, at every reversal"
-    if name == "travel_since_reversal" and low <= edges[0] + 0.1 * span:
+    if name == "travel_since_reversal" and low <= edges[0] + TEXT.at_edge * span:
         return "just after each reversal of the motion"
-    if name == "time_since_current_step" and low <= edges[0] + 0.1 * span:
+    if name == "time_since_current_step" and low <= edges[0] + TEXT.at_edge * span:
         return "just after each step of the current"
-    place = "low" if high < edges[0] + 0.4 * span else "high" if low > edges[-1] - 0.4 * span else "middle"
-    if high - low > 0.7 * span:
+    place = (
+        "low" if high < edges[0] + TEXT.outer * span else "high" if low > edges[-1] - TEXT.outer * span else "middle"
+    )
+    if high - low > TEXT.wide * span:
         return f"all over the range of {name.replace('_', ' ')}"
     return f"at {place} {name.replace('_', ' ')}"

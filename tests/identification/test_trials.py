@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.criteria import TEXT
+from identification.criteria import CHANCE
 from identification.discrepancy import nexttest, trials
 from identification.discrepancy.candidates import guesses
 from identification.fitting.leastsquares import evaluate, fit_records, free_parameters
@@ -44,7 +44,7 @@ def test_the_worth_of_a_test_is_what_a_refit_to_all_runs_and_to_it_would_leave()
     left = (apart - columns @ np.linalg.lstsq(columns, apart, rcond=None)[0])[-new.measured.size :]
     assert value is not None
     assert value == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=1e-6)
-    assert value > TEXT.test_tells
+    assert value > CHANCE.unnoticed
 
 
 def test_a_test_that_a_model_cannot_run_is_worth_nothing() -> None:
