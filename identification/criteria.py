@@ -158,7 +158,11 @@ class Form:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
-    """Where the search stops for time."""
+    """Where the search stops for time.
+
+    With all of these relaxed at once (counts and factors doubled, shares and gains halved or the rest to 1 halved), the
+    names, verdicts and confidences (to 0.02) of 14 kept cases were the same, at 2.8 times the processor time.
+    """
 
     shortlist: int = 6
     """Elements that are tried at most in one step."""
