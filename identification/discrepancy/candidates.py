@@ -51,8 +51,8 @@ def admissible(model: Model, records: Sequence[Record], scales: Scales) -> list[
     """Names that might be added to `model` and that these records could show at all.
 
     Left out: what the model has, what acts on a current or a temperature that does not vary, and a constant force
-    beside a free one, which is the same thing; on top of a foreign simulation all that changes its inside. What is
-    sought in another way has no first values here.
+    beside a free one, which is the same thing; on top of a foreign simulation all that changes its inside. Elements
+    that are found in another way, such as a tone, have no first values here.
     """
     foreign = any(r.simulated is not None for r in records)  # whose inside nobody can reach
     current = any(r.has_current for r in records) and scales.current_high > scales.current_low

@@ -32,7 +32,7 @@ class Region:
 
 
 def variables(record: Record) -> dict[str, tuple[Floats, str]]:
-    """Everything a gap might hang on, in the record's window: name → (values (M,), unit)."""
+    """Everything a gap may depend on, in the record's window: name → (values (M,), unit)."""
     m, window = record.motion, record.window
     out: dict[str, tuple[Floats, str]] = {
         "velocity": (m.v[window], "m/s"),
@@ -155,9 +155,8 @@ def _words(name: str, low: float, high: float, edges: Floats) -> str:
         return "just after each reversal of the motion"
     if name == "time_since_current_step" and low <= edges[0] + TEXT.at_edge * span:
         return "just after each step of the current"
-    place = (
-        "low" if high < edges[0] + TEXT.outer * span else "high" if low > edges[-1] - TEXT.outer * span else "middle"
-    )
+    outer = TEXT.outer * span
+    place = "low" if high < edges[0] + outer else "high" if low > edges[-1] - outer else "middle"
     if high - low > TEXT.wide * span:
         return f"all over the range of {name.replace('_', ' ')}"
     return f"at {place} {name.replace('_', ' ')}"

@@ -1,4 +1,4 @@
-"""Finer shapes: a real friction builds up and a real hysteresis turns over, where the canonical forms jump."""
+"""Finer shapes: a real friction builds up and a real hysteresis reverses gradually, where the canonical forms jump."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def refine_curve(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
 
 
 def refine_curves(fit: Fit, records: Sequence[Record]) -> Fit:
-    """The fit with every finer shape free that the data ask for."""
+    """The fit with every finer shape free that the data show."""
     for index in range(len(fit.model.elements)):
         fit = refine_curve(fit, index, records)
     return fit
