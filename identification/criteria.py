@@ -67,7 +67,7 @@ class Form:
     """How far a real effect's curve departs from the canonical one, as a share of its own contribution: the spread
     between published forms of the same effect (three forms each of friction, gas spring, valve knee and hysteresis lie
     within). The same between two elements of which the one with fewer parameters is preferred: with 0.05 there, the
-    names of 80 kept cases were the same."""
+    names and verdicts of 90 kept cases were the same, and one confidence 0.03 higher."""
 
     alike_within: float = 1.25 * tolerance
     """The same where the simpler element is a case of the richer one, which can take any form. With 1.0 × tolerance the

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from identification.compute import run
 from identification.criteria import CHANCE
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import Evaluation, evaluate, free_parameters
+from identification.fitting.leastsquares import evaluate, free_parameters
 from identification.physical.model import Element, Model
 from identification.physical.predict import predict
 from identification.record import Record
@@ -109,8 +109,3 @@ def _stack(columns: Sequence[Floats], weights: Sequence[float]) -> Floats:
 
 def _stack_one(residuals: Sequence[Floats], weights: Sequence[float]) -> Floats:
     return np.concatenate([w * r for w, r in zip(weights, residuals, strict=True)])
-
-
-def whitened(evaluation: Evaluation, records: Sequence[Record]) -> Floats:
-    """Residuals of an evaluation in units of each record's noise, (M,)."""
-    return _stack_one(evaluation.residuals, [1.0 / r.sigma for r in records])
