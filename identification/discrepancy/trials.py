@@ -326,7 +326,7 @@ def allowance(best: Trial, other: Trial) -> float:
     form = tolerance(best) + CHANCE.slack
     falls, steady = best.own.spec, other.own.spec
     if falls.dry_friction and falls.falls_with_speed and steady.dry_friction and not steady.falls_with_speed:
-        built_up = (FORM.tolerance / 3.0) ** 2 * min(best.contribution, best.closed)
+        built_up = FORM.build_up**2 * min(best.contribution, best.closed)
         return min(form, max(built_up, max(best.excess, 0.0) + CHANCE.at_noise * best.fit.samples))
     return form
 
