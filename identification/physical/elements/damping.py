@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from identification.physical.elements.spec import (
     TINY,
     UNBOUNDED,
+    Alias,
     Curve,
     ElementSpec,
     Family,
@@ -165,6 +166,19 @@ ROWS: Final = (
         ),
         nameable=False,  # a base for a simulation: what it adds to another curve has names of fewer parameters
         curve=Curve.WHOLE,
+    ),
+    ElementSpec(
+        name="hydraulic_bump_stop",
+        family=Family.DAMPING,
+        title="hydraulic bump stop",
+        equation="f = q·max(0, |z| − z_max)·w·|w|",
+        parameters=(
+            ParameterSpec("q", "N·s²/m³", remedy=Remedy.SPEEDS),
+            ParameterSpec("z_max", "m", limits=lambda s: (0.05 * s.x_max, s.x_max), remedy=Remedy.STROKE),
+        ),
+        starts=lambda s: [{"q": s.force / (s.v_rms**2 * s.x_max), "z_max": part * s.x_max} for part in (0.65, 0.85)],
+        by_position=True,
+        alias=Alias("an end stop of rubber with much damping of its own", "move slowly to the end of the stroke"),
     ),
     ElementSpec(
         name="tanh_hysteresis",
