@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from api.errors import InputError
 from api.jobs.characterise import CHARACTERISE, CharacteriseRequest
+from api.jobs.compare import COMPARE, CompareRequest
 from api.jobs.explain import EXPLAIN, ExplainRequest
 from api.jobs.fit import FIT, FitRequest
 from api.jobs.kind import Kind
 
 __all__ = ["KINDS", "AnyRequest", "find_kind"]
 
-KINDS = {kind.name: kind for kind in (EXPLAIN, FIT, CHARACTERISE)}
-AnyRequest = ExplainRequest | FitRequest | CharacteriseRequest
+KINDS = {kind.name: kind for kind in (EXPLAIN, FIT, CHARACTERISE, COMPARE)}
+AnyRequest = ExplainRequest | FitRequest | CharacteriseRequest | CompareRequest
 
 
 def find_kind(name: str) -> Kind:

@@ -177,6 +177,7 @@ class ExplanationAnswer(_Answer):
     report: str | None
     report_html: str | None
     model: str | None
+    evidence: str | None
 
 
 class ExplanationList(_Answer):
@@ -320,6 +321,7 @@ def explanation_answer(job: Job) -> ExplanationAnswer:
         report=f"{here}/report.json" if job.has_files else None,
         report_html=f"{here}/report.html" if job.has_files else None,
         model=f"{here}/model.json" if job.has_files else None,
+        evidence=f"{here}/evidence.h5" if job.has_files else None,
     )
 
 

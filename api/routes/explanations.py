@@ -68,6 +68,12 @@ def model(explanation_id: str, service: ServiceDep) -> FileResponse:
     return _file(service, explanation_id, "model.json")
 
 
+@router.get("/{explanation_id}/evidence.h5", response_class=FileResponse)
+def evidence(explanation_id: str, service: ServiceDep) -> FileResponse:
+    """The curves, maps and traces of the report: with report.json what `damper-rig report` draws the page from."""
+    return _file(service, explanation_id, "evidence.h5")
+
+
 def _file(service: Service, explanation_id: str, name: str) -> FileResponse:
     path = service.results.file(service.explanations.one(explanation_id), name, noun="explanation")
     return FileResponse(path, media_type=EXPLAIN.files[name])

@@ -105,7 +105,7 @@ def compare(
     DataError
         when there is no model or no run, a run lacks the force or what a model needs, or its force is constant.
     """
-    _check(models, runs)
+    check_comparison(models, runs)
     say = on_progress or (lambda done, text: None)
     courses = tuple(_course(run) for run in runs)
     rows = []
@@ -155,7 +155,8 @@ def _cell_data(cell: Cell) -> dict[str, Any]:
     return figures | {"cost_ns_per_sample": cell.cost_ns, "outside_training": left, "failure": cell.failure or None}
 
 
-def _check(models: Sequence[SimulationModel], runs: Sequence[Run]) -> None:
+def check_comparison(models: Sequence[SimulationModel], runs: Sequence[Run]) -> None:
+    """Raise DataError where `compare` would; nothing is simulated."""
     if not models:
         raise DataError("no model was given: a comparison needs at least one")
     if not runs:

@@ -25,7 +25,9 @@ function explanationLine(one) {
     const found = one.effects.map((e) => `${e.element} (confidence ${e.confidence.toFixed(2)})`).join(", ");
     item.append(make("p", "", one.verdict.replaceAll("_", " ") + (found ? ": " + found : "")));
     const links = make("p", "hint");
-    for (const [text, url] of [["Report", one.report_html], ["report.json", one.report], ["model.json", one.model]]) {
+    const files = [["Report", one.report_html], ["report.json", one.report], ["evidence.h5", one.evidence],
+      ["model.json", one.model]];
+    for (const [text, url] of files) {
       const link = make("a", "", text);
       link.href = url;
       link.target = "_blank";
