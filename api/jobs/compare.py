@@ -1,4 +1,4 @@
-"""The kind ``compare``: models of any kind beside each other on runs, as `damper-rig compare` compares them."""
+"""The kind ``compare``: models of any kind on measured runs, as `damper-rig compare` compares them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The kinds of jobs that there are. A new one is a file like ``fit.py`` and its entries here."""
+"""The kinds of jobs. A new kind is a file like ``fit.py`` and its entries here."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ AnyRequest = ExplainRequest | FitRequest | CharacteriseRequest | CompareRequest
 
 
 def find_kind(name: str) -> Kind:
-    """The kind of a name; raises InputError for one of a later version."""
+    """The kind with this name; raises InputError for a name that this version does not have."""
     if name not in KINDS:
         raise InputError(f"kind is {name!a:.60}: this version has {', '.join(KINDS)}")
     return KINDS[name]

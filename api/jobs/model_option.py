@@ -12,7 +12,7 @@ __all__ = ["check_model", "model_name"]
 
 
 def check_model(model: Mapping[str, Any], *, where: str = "model") -> None:
-    """Raise ModelError where it is not a model; ``where`` it stands in the request. Any: JSON that somebody sent."""
+    """Raise ModelError where it is not a model; ``where`` it stands in the request. Any: JSON of the request."""
     try:
         model_from_json(model)
     except ModelError as error:
@@ -20,5 +20,5 @@ def check_model(model: Mapping[str, Any], *, where: str = "model") -> None:
 
 
 def model_name(model: Mapping[str, Any]) -> str:
-    """What it calls itself."""
+    """The name in the model."""
     return str(model.get("name") or "the given model")
