@@ -83,7 +83,7 @@ def _figures(output: Path, result: Fit, intervals: Intervals) -> dict[str, Any]:
         "warnings": warnings(result),
         "intervals": {name: [e if isfinite(e) else None for e in ends] for name, ends in intervals.items()},
         "parameters": {
-            f"{element.name}.{element.spec.parameters[k].name}": {
+            f"{element.id}.{element.spec.parameters[k].name}": {
                 "value": element.parameters[k].value,
                 "std": element.parameters[k].std,
                 "unit": element.spec.parameters[k].unit,

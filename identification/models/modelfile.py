@@ -125,7 +125,7 @@ def _parsed(path: Path) -> Json:
     except json.JSONDecodeError as error:
         raise ModelFileError(f"{path}: line {error.lineno}, column {error.colno}: no JSON ({error.msg})") from error
     except (ValueError, RecursionError) as error:
-        raise ModelFileError(f"{path}: not readable as JSON ({error}): give a model file") from error
+        raise ModelFileError(f"{path}: no JSON that can be read ({error}): give a model file") from error
 
 
 def _check_usable(name: str, only: Sequence[str]) -> None:
