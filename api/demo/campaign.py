@@ -12,7 +12,7 @@ SAMPLE_RATE_HZ = 1000.0
 
 
 def campaign(rig: str) -> dict[str, Any]:
-    """The body of POST /v1/campaigns, 97 s of rig time. Any: JSON."""
+    """The body of POST /v1/campaigns, 95 s of rig time. Any: JSON."""
     return {
         "name": "what is my simulation missing?",
         "rig": rig,
