@@ -32,6 +32,7 @@ from identification.compute import (
     using,
     workers_from,
 )
+from identification.compute.workers import processors_of_quota
 from identification.discrepancy import explain, report_data
 from identification.errors import Cancelled, ComputeError, WorkerLost
 from identification.fitting import fit_from_many
@@ -347,3 +348,22 @@ def test_several_starts_come_to_the_same_fit(executor: Executor) -> None:
     assert told == [1, 2, 3]
     assert many.costs == expected.costs
     assert many.best.model.values().tobytes() == expected.best.model.values().tobytes()
+
+
+@pytest.mark.parametrize(
+    ("cpu_max", "processors"),
+    [
+        ("100000 100000\n", 1),
+        ("150000 100000\n", 1),
+        ("20000 100000\n", 1),
+        ("400000 100000\n", 4),
+        ("max 100000\n", None),
+        ("", None),
+        ("100000", None),
+        ("100000 0", None),
+    ],
+)
+def test_a_container_has_as_many_workers_as_its_quota_has_whole_processors(
+    cpu_max: str, processors: int | None
+) -> None:
+    assert processors_of_quota(cpu_max) == processors
