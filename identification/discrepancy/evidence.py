@@ -1,4 +1,4 @@
-"""What speaks for a name: the same strength in every run, a gap that closes, a margin to every rival."""
+"""The evidence for a name: the same strength in every run, a gap that closes, a margin to every rival."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identification.criteria import TEXT
 from identification.discrepancy.confidence import BESIDE_A_CURVE, alike_curves, belief, beside_a_curve, rival_odds
 from identification.discrepancy.excess import contribution
 from identification.discrepancy.naming import Search
 from identification.discrepancy.strength import spread_of, strengths
 from identification.record import Record
-
-_LISTED = 0.005  # an alternative less likely than this is none
-_MOST_LISTED = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,13 +44,13 @@ def _evidence(found: Search, name: str, records: Sequence[Record]) -> Evidence:
         for n in alike:
             others[n] += max(believed - BESIDE_A_CURVE, 0.0) / len(alike)
         believed = min(believed, BESIDE_A_CURVE)
-    ranked = sorted(others.items(), key=lambda item: -item[1])[:_MOST_LISTED]
+    ranked = sorted(others.items(), key=lambda item: -item[1])[: TEXT.most_listed]
     return Evidence(
         name=name,
         strengths=tuple(float(v) for v in values),
         spread=spread_of(values, precision),
         left=max(found.excess, 0.0) / max(found.base_excess, 1e-300),
         confidence=believed / total,
-        alternatives=tuple((n, b) for n, b in ranked if b > _LISTED),
+        alternatives=tuple((n, b) for n, b in ranked if b > TEXT.listed),
         own_share=float(np.sqrt(np.sum(precision) / max(contribution(found.fit.model, name, records), 1e-300))),
     )

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
 # What makes a force fall with speed may break a core loose behind its mount: once more, too faint for that.
 _FAINT = 0.1
-_NO_LOOP = 0.02  # hysteresis with less offset of its branches is a plain curve: beside another, that one's correction
+# Offset of the branches, delta, below which a hysteresis is a plain curve: its loop is then 2 % of alpha high at rest,
+# less than a third of the tolerance of form. Beside another curve it only corrects that one.
+_NO_LOOP = 0.02
 
 
 def _slopes(s: Scales) -> tuple[float, float]:
