@@ -126,3 +126,16 @@ def test_no_test_replaces_a_private_name() -> None:
 )
 def test_a_private_name_that_is_replaced_is_found(line: str, private: bool) -> None:
     assert any(map(is_private, names_replaced(ast.parse(line)))) == private
+
+
+def test_no_function_of_the_physical_models_takes_more_than_eight_arguments() -> None:
+    trees = {
+        path: ast.parse(path.read_text(encoding="utf-8")) for path in (ROOT / "identification/physical").rglob("*.py")
+    }
+    counts = {
+        f"{path.name}: {node.name}": len(node.args.args) + len(node.args.kwonlyargs)
+        for path, tree in trees.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef)
+    }
+    assert {name: count for name, count in counts.items() if count > 8} == {}
