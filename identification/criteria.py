@@ -96,7 +96,8 @@ class Form:
     """Share of the base's excess that several names together may leave. Read off kept outcomes."""
 
     finer_shape_closes: float = 0.1
-    """Share of the excess that a finer shape of one element must close."""
+    """Share of the excess that a finer shape of one element must close. With `helps` in its place, 14 kept cases were the
+    same."""
 
     disproportionate: float = 3.0
     """Factor beyond which two sizes do not go together: an element's force and the measured one (most of it then
@@ -212,7 +213,7 @@ class Budget:
     """Times the least excess: short fits of one element within it are continued."""
 
     no_effect: float = 0.98
-    """Share of the excess: a fit that leaves more has lost its element."""
+    """Share of the excess: a fit that leaves more has lost its element. With 0.92 for it, 14 kept cases were the same."""
 
     same_force: float = 0.01
     """Share of the excess: two fits whose forces differ by less are the same."""
