@@ -96,7 +96,7 @@ class Form:
     """Share of the base's excess that several names together may leave. Read off kept outcomes."""
 
     finer_shape_closes: float = 0.1
-    """Share of the excess that a finer shape of one element must close. With `helps` in its place, 14 kept cases were the
+    """Share of the excess that a finer shape of one element must close. With helps in its place, 14 kept cases were the
     same."""
 
     disproportionate: float = 3.0
@@ -164,11 +164,9 @@ class Form:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
-    """Where the search stops for time.
-
-    With all of these relaxed at once (counts and factors doubled, shares and gains halved or the rest to 1 halved), the
-    names, verdicts and confidences (to 0.02) of 14 kept cases were the same, at 2.8 times the processor time.
-    """
+    """Where the search stops for time. With all of these relaxed at once (counts and factors doubled, shares and gains
+    halved or the rest to 1 halved), the names, verdicts and confidences (to 0.02) of 14 kept cases were the same, at
+    2.8 times the processor time."""
 
     shortlist: int = 6
     """Elements that are tried at most in one step."""
@@ -213,7 +211,8 @@ class Budget:
     """Times the least excess: short fits of one element within it are continued."""
 
     no_effect: float = 0.98
-    """Share of the excess: a fit that leaves more has lost its element. With 0.92 for it, 14 kept cases were the same."""
+    """Share of the excess: a fit that leaves more has lost its element. With 0.92 for it, 14 kept cases were the
+    same."""
 
     same_force: float = 0.01
     """Share of the excess: two fits whose forces differ by less are the same."""
