@@ -76,10 +76,12 @@ def _searched(
     base = fit_records(base.model, quiet)
     say("looking for what is missing", 0.2)
     found = search(model, base, quiet, on_progress=lambda text: say(text, 0.4))
-    found, evidence = uphold(found, quiet)
+    found, evidence, withheld = uphold(found, quiet)
     found = without_departures(found, quiet)
     evidence = [e for e in evidence if e.name in found.names]
-    return SearchResult(base=base, found=found, evidence=evidence, hum=hum, train=train, held=held, quiet=quiet)
+    return SearchResult(
+        base=base, found=found, evidence=evidence, withheld=withheld, hum=hum, train=train, held=held, quiet=quiet
+    )
 
 
 def _hum_beside(model: Model, train: Sequence[Record]) -> Hum | None:
@@ -127,6 +129,7 @@ def _concluded(given: Model, result: SearchResult, findings: Sequence[str], say:
     return Explanation(
         verdict=judged.verdict,
         effects=judged.effects,
+        withheld=tuple(result.withheld),
         train=judged.train,
         held_out=judged.held_out,
         where=judged.where,

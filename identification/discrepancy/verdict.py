@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.discrepancy.confidence import ONE_RUN, TWO_RUNS
+from identification.discrepancy.belief import ONE_RUN, TWO_RUNS
 from identification.discrepancy.equation import describe
 from identification.discrepancy.evidence import Evidence, gather
 from identification.discrepancy.excess import (
@@ -43,6 +43,7 @@ class SearchResult:
     base: Fit
     found: Search
     evidence: Sequence[Evidence]
+    withheld: Sequence[Evidence]  # of names that were not upheld
     hum: Hum | None
     train: Sequence[Record]
     held: Sequence[Record]
@@ -77,20 +78,22 @@ class Judgement:
         return self.verdict in (Verdict.UNKNOWN_EFFECT, Verdict.PARTLY_EXPLAINED)
 
 
-def uphold(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence]]:
-    """The search less the names, one by one, that one strength in all runs does not bear out; and the evidence."""
+def uphold(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence], list[Evidence]]:
+    """The search less the names, one by one, that are too unlikely; the evidence for the rest, and for those."""
+    withheld: list[Evidence] = []
     while found.names:
         evidence = gather(found, records)
         weakest = min(evidence, key=lambda e: e.confidence)
         if weakest.confidence >= _UTTER:
-            return found, evidence
+            return found, evidence, withheld
         try:
             rest = fit_records(found.fit.model.without(weakest.name), records)
         except SimulationError:  # it holds the model up
-            return found, evidence
+            return found, evidence, withheld
         names = tuple(n for n in found.names if n != weakest.name)
         found = replace(found, fit=rest, names=names, excess=excess_of(rest))
-    return found, []
+        withheld.append(weakest)
+    return found, [], withheld
 
 
 def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judgement:
