@@ -1,13 +1,21 @@
-"""What speaks for one name, in numbers without a unit."""
+"""Confidence in one name: a probability, from what speaks for the name itself and a table fitted to hidden cases."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import exp, isfinite, log, log1p
+
+from identification.discrepancy.excess import FORM_TOLERANCE
+from identification.errors import ConfidenceTableError
+
+_GIVEN_WITHIN = 1.0 / 3.0  # the given values of a base may be off by so much: its curves move by that without a reason
+_LEAST_SHARE = 1e-2  # of its signature: a name with less of its own is as doubtful as can be
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Features:
-    """What speaks for and against one name, as the search left it."""
+    """What speaks for and against one name, as the search left it: numbers without a unit."""
 
     spread: float  # of its strengths from run to run, beyond noise; 1 is the common strength
     spread_but_one: float  # the same without the oddest run
@@ -19,3 +27,52 @@ class Features:
     beside_curve: bool  # it is a curve over velocity, and the base has one of its own
     whole_curve: bool  # it is a whole damping curve
     rewritten: float  # share of its force by which the base's own curves moved from the given ones
+
+
+def _beyond(amplitude: float, width: float) -> float:
+    """Minus the logarithm of a heavy-tailed density of an amplitude: real effects have some, and no sharp limit."""
+    return log1p((amplitude / width) ** 2)
+
+
+DOUBTS: Mapping[str, Callable[[Features], float]] = {
+    "scatter": lambda f: _beyond(f.spread, FORM_TOLERANCE),
+    "scatter_but_one": lambda f: _beyond(f.spread_but_one, FORM_TOLERANCE),
+    "few_runs": lambda f: 1.0 / max(f.runs, 1),
+    "left": lambda f: _beyond(f.left**0.5, FORM_TOLERANCE),  # the root of an energy is an amplitude
+    "left_beside": lambda f: _beyond(f.left_beside**0.5, FORM_TOLERANCE),
+    "rivalry": lambda f: exp(-f.margin),
+    "imitated": lambda f: -log(min(max(f.own_share, _LEAST_SHARE), 1.0)),
+    "beside_curve": lambda f: float(f.beside_curve),
+    "rewritten": lambda f: _beyond(f.rewritten, _GIVEN_WITHIN) if f.beside_curve or f.whole_curve else 0.0,
+}
+"""What speaks against a name, each ≥ 0 and larger the more it does."""
+
+
+def doubts(features: Features) -> dict[str, float]:
+    """Every doubt about a name, by what it is about."""
+    return {name: of(features) for name, of in DOUBTS.items()}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """Log odds of a name without a doubt, and what each doubt takes off them."""
+
+    without_doubt: float
+    weights: Mapping[str, float]  # of each doubt, ≥ 0
+    names: int  # judged names that it was fitted to
+
+    def __post_init__(self) -> None:
+        if sorted(self.weights) != sorted(DOUBTS):
+            raise ConfidenceTableError(f"weights of {', '.join(self.weights)}: they must be of {', '.join(DOUBTS)}")
+        for name, weight in self.weights.items():
+            if not (isfinite(weight) and weight >= 0.0):
+                raise ConfidenceTableError(f"weight of {name} is {weight}: it must be finite and not negative")
+        if not isfinite(self.without_doubt):
+            raise ConfidenceTableError(f"without_doubt is {self.without_doubt}: it must be finite")
+
+
+def confidence(features: Features, table: Table) -> float:
+    """Probability that a name is true: 1/(1 + e^-z), z = z₀ - Σ wₖ dₖ over its doubts d."""
+    against = sum(table.weights[name] * d for name, d in doubts(features).items())
+    z = table.without_doubt - against
+    return 1.0 / (1.0 + exp(-z)) if z > 0.0 else 1.0 - 1.0 / (1.0 + exp(max(z, -700.0)))

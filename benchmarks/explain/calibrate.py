@@ -1,0 +1,132 @@
+"""Fit the confidence to judged names: `python -m benchmarks.explain.calibrate OUTCOMES.jsonl`.
+
+The names of cases with an even seed are fitted; reliability is shown on both halves, beside the confidence that was
+stated when the cases were judged. `--collect KIND:FIRST:END[:RUNS]` judges cases first and appends them to the file;
+those that it has already are not run again. `--write` puts the table where `identification` reads it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from benchmarks.explain.__main__ import in_a_line, wanted
+from benchmarks.explain.judge import Outcome, judge
+from benchmarks.explain.outcomes import collect, executor_for_cases, read
+from benchmarks.explain.summary import CONFIDENT, expected_calibration_error
+from benchmarks.hidden import Conditions
+from identification.discrepancy.confidence import DOUBTS, Features, Table, confidence, doubts
+from identification.discrepancy.confidence_table import PATH, table_to_json
+
+STATED = 0.4  # from this confidence on a name is stated
+_PENALTY = 1.0  # on half the squared weights of the doubts in units of their scatter: each is of the order of one
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JudgedName:
+    """A name that a search found, what spoke for it, and whether it was hidden there."""
+
+    seed: int
+    features: Features
+    stated: float  # confidence when it was judged
+    true: bool
+
+
+def names_in(outcomes: Sequence[Outcome]) -> list[JudgedName]:
+    """Every name that was judged, also those then withheld."""
+    return [
+        JudgedName(
+            seed=o["seed"],
+            features=Features(**{f.name: said[f.name] for f in fields(Features)}),
+            stated=said["confidence"],
+            true=said["name"] in o["true"],
+        )
+        for o in outcomes
+        for said in o.get("judged", [])
+    ]
+
+
+def fitted(names: Sequence[JudgedName], penalty: float = _PENALTY) -> Table:
+    """The table with the largest likelihood of what was true, less the penalty on its weights; no weight below zero."""
+    against = np.array([[doubts(n.features)[d] for d in DOUBTS] for n in names])
+    scale = np.maximum(against.std(axis=0), 1e-9)
+    sign = np.where([n.true for n in names], 1.0, -1.0)
+
+    def loss(p: Floats) -> tuple[float, Floats]:
+        odds = sign * (p[0] - (against / scale) @ p[1:])
+        slope = -sign * np.exp(-np.logaddexp(0.0, odds))
+        value = np.sum(np.logaddexp(0.0, -odds)) + 0.5 * penalty * np.sum(p[1:] ** 2)
+        return float(value), np.concatenate([[slope.sum()], -(against / scale).T @ slope + penalty * p[1:]])
+
+    bounds = [(None, None), *[(0.0, None)] * len(DOUBTS)]
+    best = minimize(loss, np.zeros(1 + len(DOUBTS)), jac=True, method="L-BFGS-B", bounds=bounds)
+    weights = dict(zip(DOUBTS, (best.x[1:] / scale).tolist(), strict=True))
+    return Table(without_doubt=float(best.x[0]), weights=weights, names=len(names))
+
+
+def reliability(confidences: Sequence[float], true: Sequence[bool]) -> str:
+    """Names stated and sure, how many of them are right, expected calibration error and Brier score, in a line."""
+    c, ok = np.array(confidences), np.array(true)
+    said, sure = c >= STATED, c >= CONFIDENT
+    brier = float(np.mean((c - ok) ** 2))
+    error = expected_calibration_error(c.tolist(), ok.tolist())
+    counts = f"{int(ok[said].sum()):>5} of {int(said.sum()):<5}{int(ok[sure].sum()):>5} of {int(sure.sum()):<5}"
+    return f"{counts}{error:>8.3f}{brier:>8.4f}"
+
+
+def shown(names: Sequence[JudgedName], table: Table) -> str:
+    """Reliability of the table and of the confidence that was stated, on each half."""
+    lines = [f"{'':<34}{'right ≥ 0.4':>14}{'right ≥ 0.9':>14}{'ECE':>8}{'Brier':>8}"]
+    for title, half in (("fitted half", 0), ("other half", 1)):
+        these = [n for n in names if n.seed % 2 == half]
+        true = [n.true for n in these]
+        title = f"{title}, {sum(true)} of {len(true)} true"
+        for how, values in (("as stated", [n.stated for n in these]),
+                            ("table", [confidence(n.features, table) for n in these])):  # fmt: skip
+            lines.append(f"{title:<24}{how:<10}{reliability(values, true)}")
+    return "\n".join(lines)
+
+
+def cases_of(texts: Sequence[str]) -> list[tuple[str, int, Conditions]]:
+    """Kind, seed and conditions of every case that `KIND:FIRST:END[:RUNS]` asks for."""
+    cases = []
+    for text in texts:
+        kind, first, end, *runs = text.split(":")
+        conditions = Conditions(runs=int(runs[0]) if runs else None)
+        cases += [(kind, seed, conditions) for kind, seed in wanted([f"{kind}:{first}:{end}"])]
+    return cases
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.explain.calibrate", description=__doc__)
+    parser.add_argument("outcomes", type=Path, help="a line of JSON a case, compressed where it ends in .gz")
+    parser.add_argument("--collect", nargs="+", default=[], metavar="CASES", help="KIND:FIRST:END[:RUNS], judged first")
+    parser.add_argument("--workers", type=int, help="cases at once; without it, DAMPER_RIG_WORKERS or one a processor")
+    parser.add_argument("--write", action="store_true", help=f"write the table to {PATH.name} beside confidence.py")
+    arguments = parser.parse_args()
+    done = {(o["kind"], o["seed"], o.get("runs")) for o in read(arguments.outcomes)}
+    todo = [c for c in cases_of(arguments.collect) if (c[0], c[1], c[2].runs) not in done]
+    if todo:
+        with closing(executor_for_cases(arguments.workers)) as executor:
+            collect(judge, todo, arguments.outcomes, executor, in_a_line)
+    names = names_in(read(arguments.outcomes))
+    table = fitted([n for n in names if n.seed % 2 == 0])
+    print(shown(names, table))
+    print(f"log odds without a doubt {table.without_doubt:.2f}; weights of the doubts:")
+    print("\n".join(f"  {name:<20}{weight:.3f}" for name, weight in table.weights.items()))
+    if arguments.write:
+        PATH.write_text(json.dumps(table_to_json(table), indent=2) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
