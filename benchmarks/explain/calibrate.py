@@ -27,7 +27,7 @@ from identification.discrepancy.confidence import DOUBTS, Features, Table, confi
 from identification.discrepancy.confidence_table import PATH, table_to_json
 
 STATED = 0.4  # from this confidence on a name is stated
-_PENALTY = 1.0  # on half the squared weights of the doubts in units of their scatter: each is of the order of one
+_PENALTY = 1.0 / 2.5**2  # weights of doubts in units of their scatter are of the order of 2.5 (Gelman et al., 2008)
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,6 @@ from math import exp, isfinite, log, log1p
 from identification.discrepancy.excess import FORM_TOLERANCE
 from identification.errors import ConfidenceTableError
 
-_GIVEN_WITHIN = 1.0 / 3.0  # the given values of a base may be off by so much: its curves move by that without a reason
 _LEAST_SHARE = 1e-2  # of its signature: a name with less of its own is as doubtful as can be
 
 
@@ -38,14 +37,16 @@ DOUBTS: Mapping[str, Callable[[Features], float]] = {
     "scatter": lambda f: _beyond(f.spread, FORM_TOLERANCE),
     "scatter_but_one": lambda f: _beyond(f.spread_but_one, FORM_TOLERANCE),
     "few_runs": lambda f: 1.0 / max(f.runs, 1),
-    "left": lambda f: _beyond(f.left**0.5, FORM_TOLERANCE),  # the root of an energy is an amplitude
-    "left_beside": lambda f: _beyond(f.left_beside**0.5, FORM_TOLERANCE),
+    "left_beside": lambda f: _beyond(f.left_beside**0.5, FORM_TOLERANCE),  # the root of an energy is an amplitude
     "rivalry": lambda f: exp(-f.margin),
     "imitated": lambda f: -log(min(max(f.own_share, _LEAST_SHARE), 1.0)),
     "beside_curve": lambda f: float(f.beside_curve),
-    "rewritten": lambda f: _beyond(f.rewritten, _GIVEN_WITHIN) if f.beside_curve or f.whole_curve else 0.0,
 }
-"""What speaks against a name, each ≥ 0 and larger the more it does."""
+"""What speaks against a name, each ≥ 0 and larger the more it does.
+
+What all names together leave is none of them: it decides the verdict and not a name. Nor is how far the base's own
+curves moved: a viscous base of a digressive damper has to move far.
+"""
 
 
 def doubts(features: Features) -> dict[str, float]:
