@@ -1,8 +1,8 @@
-"""Fit the confidence to judged names: `python -m benchmarks.explain.calibrate OUTCOMES.jsonl`.
+"""Fit the confidence to judged names: `python -m benchmarks.explain.calibrate OUTCOMES.jsonl …`.
 
 The names of cases with an even seed are fitted; reliability is shown on both halves, beside the confidence that was
-stated when the cases were judged. `--collect KIND:FIRST:END[:RUNS]` judges cases first and appends them to the file;
-those that it has already are not run again. `--write` puts the table where `identification` reads it.
+stated when the cases were judged. `--collect KIND:FIRST:END[:RUNS]` judges cases first and appends them to the first
+file; those that it has already are not run again. `--write` puts the table where `identification` reads it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import argparse
 import json
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from benchmarks.explain.__main__ import in_a_line, wanted
+from benchmarks.explain.archive import features_of_latest
 from benchmarks.explain.judge import Outcome, judge
 from benchmarks.explain.outcomes import collect, executor_for_cases, read
 from benchmarks.explain.summary import CONFIDENT, expected_calibration_error
@@ -27,7 +28,7 @@ from identification.discrepancy.confidence import DOUBTS, Features, Table, confi
 from identification.discrepancy.confidence_table import PATH, table_to_json
 
 STATED = 0.4  # from this confidence on a name is stated
-_PENALTY = 1.0 / 2.5**2  # weights of doubts in units of their scatter are of the order of 2.5 (Gelman et al., 2008)
+_PENALTY = 1.0  # on half the squared weights of the doubts in units of their scatter: each is of the order of one
 
 Floats = NDArray[np.float64]
 
@@ -43,7 +44,11 @@ class JudgedName:
 
 
 def names_in(outcomes: Sequence[Outcome]) -> list[JudgedName]:
-    """Every name that was judged, also those then withheld."""
+    """Every name that was judged, also those then withheld; of older outcomes the last name, if it was stated."""
+    return [name for o in outcomes for name in (_judged_in(o) if "judged" in o else _latest_in(o))]
+
+
+def _judged_in(o: Outcome) -> list[JudgedName]:
     return [
         JudgedName(
             seed=o["seed"],
@@ -51,9 +56,16 @@ def names_in(outcomes: Sequence[Outcome]) -> list[JudgedName]:
             stated=said["confidence"],
             true=said["name"] in o["true"],
         )
-        for o in outcomes
-        for said in o.get("judged", [])
+        for said in o["judged"]
     ]
+
+
+def _latest_in(o: Outcome) -> list[JudgedName]:
+    latest = features_of_latest(o)
+    if latest is None:
+        return []
+    name, features = latest
+    return [JudgedName(seed=o["seed"], features=features, stated=o["names"][name], true=name in o["true"])]
 
 
 def fitted(names: Sequence[JudgedName], penalty: float = _PENALTY) -> Table:
@@ -71,7 +83,15 @@ def fitted(names: Sequence[JudgedName], penalty: float = _PENALTY) -> Table:
     bounds = [(None, None), *[(0.0, None)] * len(DOUBTS)]
     best = minimize(loss, np.zeros(1 + len(DOUBTS)), jac=True, method="L-BFGS-B", bounds=bounds)
     weights = dict(zip(DOUBTS, (best.x[1:] / scale).tolist(), strict=True))
-    return Table(without_doubt=float(best.x[0]), weights=weights, names=len(names))
+    free = Table(without_doubt=float(best.x[0]), weights=weights, most=(1.0, 1.0), names=len(names))
+    one, two = (_borne_out([n for n in names if n.features.runs <= runs], free) for runs in (1, 2))
+    return replace(free, most=(min(one, two), two))
+
+
+def _borne_out(names: Sequence[JudgedName], table: Table) -> float:
+    """The most that so many names can bear out: (right + 1)/(stated + 2), Laplace's rule of succession."""
+    stated = [n.true for n in names if confidence(n.features, table) >= STATED]
+    return (sum(stated) + 1) / (len(stated) + 2)
 
 
 def reliability(confidences: Sequence[float], true: Sequence[bool]) -> str:
@@ -97,6 +117,10 @@ def shown(names: Sequence[JudgedName], table: Table) -> str:
     return "\n".join(lines)
 
 
+def _case(o: Outcome) -> tuple[str, int, int | None]:
+    return o["kind"], o["seed"], o.get("runs")
+
+
 def cases_of(texts: Sequence[str]) -> list[tuple[str, int, Conditions]]:
     """Kind, seed and conditions of every case that `KIND:FIRST:END[:RUNS]` asks for."""
     cases = []
@@ -109,19 +133,24 @@ def cases_of(texts: Sequence[str]) -> list[tuple[str, int, Conditions]]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.explain.calibrate", description=__doc__)
-    parser.add_argument("outcomes", type=Path, help="a line of JSON a case, compressed where it ends in .gz")
-    parser.add_argument("--collect", nargs="+", default=[], metavar="CASES", help="KIND:FIRST:END[:RUNS], judged first")
+    parser.add_argument("outcomes", nargs="+", type=Path, help="a line of JSON a case, compressed where it ends in .gz")
+    parser.add_argument(
+        "--collect", action="append", default=[], metavar="CASES", help="KIND:FIRST:END[:RUNS], judged first"
+    )
     parser.add_argument("--workers", type=int, help="cases at once; without it, DAMPER_RIG_WORKERS or one a processor")
     parser.add_argument("--write", action="store_true", help=f"write the table to {PATH.name} beside confidence.py")
     arguments = parser.parse_args()
-    done = {(o["kind"], o["seed"], o.get("runs")) for o in read(arguments.outcomes)}
+    first = arguments.outcomes[0]
+    done = {_case(o) for o in read(first)}
     todo = [c for c in cases_of(arguments.collect) if (c[0], c[1], c[2].runs) not in done]
     if todo:
         with closing(executor_for_cases(arguments.workers)) as executor:
-            collect(judge, todo, arguments.outcomes, executor, in_a_line)
-    names = names_in(read(arguments.outcomes))
+            collect(judge, todo, first, executor, in_a_line)
+    every = {_case(o): o for path in arguments.outcomes for o in read(path)}  # the latest of a case that is there twice
+    names = names_in(list(every.values()))
     table = fitted([n for n in names if n.seed % 2 == 0])
     print(shown(names, table))
+    print("at most {:.2f} from one run, {:.2f} from two".format(*table.most))
     print(f"log odds without a doubt {table.without_doubt:.2f}; weights of the doubts:")
     print("\n".join(f"  {name:<20}{weight:.3f}" for name, weight in table.weights.items()))
     if arguments.write:

@@ -9,6 +9,7 @@ from math import exp, isfinite, log, log1p
 from identification.discrepancy.excess import FORM_TOLERANCE
 from identification.errors import ConfidenceTableError
 
+_LARGE = 500.0  # log odds whose exponential can still be taken
 _LEAST_SHARE = 1e-2  # of its signature: a name with less of its own is as doubtful as can be
 
 
@@ -35,10 +36,11 @@ def _beyond(amplitude: float, width: float) -> float:
 
 DOUBTS: Mapping[str, Callable[[Features], float]] = {
     "scatter": lambda f: _beyond(f.spread, FORM_TOLERANCE),
-    "scatter_but_one": lambda f: _beyond(f.spread_but_one, FORM_TOLERANCE),
     "few_runs": lambda f: 1.0 / max(f.runs, 1),
-    "left_beside": lambda f: _beyond(f.left_beside**0.5, FORM_TOLERANCE),  # the root of an energy is an amplitude
-    "rivalry": lambda f: exp(-f.margin),
+    "left_beside": lambda f: f.left_beside**0.5,  # the root of an energy is an amplitude
+    "rivalry": lambda f: (
+        1.0 / (2.0 + f.margin)
+    ),  # a margin is -1 at least: 1 for the closest rival, 1/2 for an even one
     "imitated": lambda f: -log(min(max(f.own_share, _LEAST_SHARE), 1.0)),
     "beside_curve": lambda f: float(f.beside_curve),
 }
@@ -60,6 +62,7 @@ class Table:
 
     without_doubt: float
     weights: Mapping[str, float]  # of each doubt, ≥ 0
+    most: tuple[float, float]  # that one run, and two, can bear out: steadiness from run to run is hardly seen there
     names: int  # judged names that it was fitted to
 
     def __post_init__(self) -> None:
@@ -68,12 +71,14 @@ class Table:
         for name, weight in self.weights.items():
             if not (isfinite(weight) and weight >= 0.0):
                 raise ConfidenceTableError(f"weight of {name} is {weight}: it must be finite and not negative")
+        if not 0.0 <= self.most[0] <= self.most[1] <= 1.0:
+            raise ConfidenceTableError(f"most is {self.most}: it must be two probabilities, the larger one last")
         if not isfinite(self.without_doubt):
             raise ConfidenceTableError(f"without_doubt is {self.without_doubt}: it must be finite")
 
 
 def confidence(features: Features, table: Table) -> float:
-    """Probability that a name is true: 1/(1 + e^-z), z = z₀ - Σ wₖ dₖ over its doubts d."""
+    """Probability that a name is true: 1/(1 + e^-z), z = z₀ - Σ wₖ dₖ over its doubts d; no more than its runs bear."""
     against = sum(table.weights[name] * d for name, d in doubts(features).items())
-    z = table.without_doubt - against
-    return 1.0 / (1.0 + exp(-z)) if z > 0.0 else 1.0 - 1.0 / (1.0 + exp(max(z, -700.0)))
+    z = max(min(table.without_doubt - against, _LARGE), -_LARGE)
+    return min(1.0 / (1.0 + exp(-z)), (*table.most, 1.0)[min(max(features.runs, 1), 3) - 1])

@@ -41,6 +41,7 @@ def table_to_json(table: Table) -> dict[str, Any]:  # Any: JSON
         "names": table.names,
         "without_doubt": table.without_doubt,
         "weights": dict(table.weights),
+        "most": list(table.most),
     }
 
 
@@ -54,9 +55,13 @@ def _table(data: Any) -> Table:  # Any: parsed JSON, of any shape
     weights = data.get("weights")
     if not isinstance(weights, dict):
         raise ConfidenceTableError("weights must be an object of numbers")
+    most = data.get("most")
+    if not isinstance(most, list) or len(most) != 2:
+        raise ConfidenceTableError("most must be a list of two numbers, of one run and of two")
     return Table(
         without_doubt=_number("without_doubt", data.get("without_doubt")),
         weights={name: _number(f"weights.{name}", w) for name, w in weights.items()},
+        most=(_number("most.0", most[0]), _number("most.1", most[1])),
         names=int(_number("names", data.get("names"))),
     )
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import exp
 
 import numpy as np
 
-from identification.discrepancy.belief import BESIDE_A_CURVE, belief
-from identification.discrepancy.confidence import Features
+from identification.discrepancy.confidence import Features, confidence
+from identification.discrepancy.confidence_table import fitted_table
 from identification.discrepancy.excess import contribution, excess_of
 from identification.discrepancy.naming import Search
 from identification.discrepancy.rewriting import rewritten
-from identification.discrepancy.rivals import Rival, alike_curves, beside_a_curve, margin_of, rivals_of
+from identification.discrepancy.rivals import Rival, beside_a_curve, margin_of, rivals_of
 from identification.discrepancy.strength import seen_by, spread_of, strengths, without_the_oddest
 from identification.physical.elements import Curve
 from identification.record import Record
@@ -62,30 +63,20 @@ def _evidence(found: Search, name: str, records: Sequence[Record], moved: float)
         whole_curve=found.fit.model.element(name).spec.curve == Curve.WHOLE,
         rewritten=moved,
     )
-    confidence, alternatives = _confidence(found, name, features, rivals)
+    believed = confidence(features, fitted_table())
     return Evidence(
         name=name,
         strengths=tuple(float(v) for v in values),
         precision=tuple(float(p) for p in precision),
         features=features,
         rivals=tuple(rivals),
-        confidence=confidence,
-        alternatives=alternatives,
+        confidence=believed,
+        alternatives=_alternatives(1.0 - believed, rivals),
     )
 
 
-def _confidence(
-    found: Search, name: str, features: Features, rivals: Sequence[Rival]
-) -> tuple[float, tuple[tuple[str, float], ...]]:
-    """Confidence in a name, and in the likeliest of its rivals."""
-    odds = {r.name: r.odds for r in rivals}
-    total = 1.0 + sum(odds.values())
-    believed = belief(features)
-    others = {n: believed * w / total for n, w in odds.items()}
-    if features.beside_curve:
-        alike = alike_curves(found, name)
-        for n in alike:
-            others[n] += max(believed - BESIDE_A_CURVE, 0.0) / len(alike)
-        believed = min(believed, BESIDE_A_CURVE)
-    ranked = sorted(others.items(), key=lambda item: -item[1])[:_MOST_LISTED]
-    return believed / total, tuple((n, b) for n, b in ranked if b > _LISTED)
+def _alternatives(doubt: float, rivals: Sequence[Rival]) -> tuple[tuple[str, float], ...]:
+    """The likeliest rivals and their shares of the doubt: e^-margin of each, against 1 for what was not tried."""
+    total = 1.0 + sum(exp(-r.margin) for r in rivals)
+    ranked = sorted(((r.name, doubt * exp(-r.margin) / total) for r in rivals), key=lambda item: -item[1])
+    return tuple((n, share) for n, share in ranked[:_MOST_LISTED] if share > _LISTED)

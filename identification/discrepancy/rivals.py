@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from identification.discrepancy.naming import Search
 from identification.discrepancy.trials import Trial, allowance, complexity
 
-_EVEN = 0.5  # odds of a form that fits as well and is no finer
-_PER_PARAMETER = 0.1  # prior odds of a form with one more parameter
 _FAR = 20.0  # margin of a name that nothing else comes near
 
 
@@ -26,15 +22,6 @@ class Rival:
     def margin(self) -> float:
         """How far it is behind, in units of the form tolerance; a parameter more counts as one."""
         return self.behind + self.finer
-
-    @property
-    def odds(self) -> float:
-        """Odds against the chosen: worse fits fade by the tolerance of form, finer forms by parsimony.
-
-        The better a finer form fits, within what the chosen one may fit worse, the less its parameters count.
-        """
-        finer = self.finer * (1.0 + min(self.behind, 0.0))
-        return float(_EVEN * _PER_PARAMETER**finer * np.exp(-2.0 * max(self.behind, 0.0)))
 
 
 def rivals_of(found: Search, name: str) -> list[Rival]:
@@ -52,14 +39,6 @@ def margin_of(rivals: list[Rival]) -> float:
 def beside_a_curve(found: Search, name: str) -> bool:
     """Whether a name is a curve over velocity and the base has one of its own."""
     return found.fit.model.element(name).spec.bent and any(e.spec.carries for e in found.given.on("core"))
-
-
-def alike_curves(found: Search, name: str) -> list[str]:
-    """Other curves that fit as well as the one named, and are less simple."""
-    compared = found.compared[name].rivals
-    chosen = next(t for t in compared if t.id == name)
-    curves = [t for t in compared if t.own.spec.bent and t.id not in found.names]
-    return [t.name for t in curves if t.excess <= chosen.excess + allowance(chosen, t)]
 
 
 def _rival(chosen: Trial, other: Trial) -> Rival:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.discrepancy.belief import ONE_RUN, TWO_RUNS
 from identification.discrepancy.equation import describe
 from identification.discrepancy.evidence import Evidence, gather
 from identification.discrepancy.excess import (
@@ -32,6 +31,8 @@ from identification.report.page_data import Profile
 
 _UTTER = 0.4  # below this confidence a name is no name: of the few that were ever stated below it none was right
 _AMBIGUOUS = 0.9  # below this confidence the next test is worth its rig time
+_ONE_RUN = 0.7  # confidence in a hum that no second run can bear out
+_TWO_RUNS = 0.88  # or that only one other does
 _FEW = 2  # training runs: fewer leave too much unseen to say that nothing is missing
 _NEAR_FLOOR = 0.35  # an excess below this share of the noise can't be told from it run by run
 
@@ -157,7 +158,7 @@ def _effects(result: SearchResult, final: Model, train: Gaps) -> tuple[Effect, .
     if result.hum is not None:
         element = final.element(TONE.name)
         without = float(np.hypot(train.final, result.hum.amplitude / np.sqrt(2.0)))
-        belief = {1: ONE_RUN, 2: TWO_RUNS}.get(len(result.train), 0.99)
+        belief = {1: _ONE_RUN, 2: _TWO_RUNS}.get(len(result.train), 0.99)
         effects.append(_effect(element, belief, (), without, train.final, None))
     return tuple(effects)
 

@@ -23,7 +23,8 @@ def drawn(rng: np.random.Generator, truth: Table, seed: int) -> JudgedName:
     return JudgedName(seed=seed, features=f, stated=0.5, true=bool(rng.random() < confidence(f, truth)))
 
 
-TRUTH = Table(without_doubt=6.0, weights={**dict.fromkeys(DOUBTS, 0.0), "scatter": 1.5, "few_runs": 4.0}, names=1)
+WEIGHTS = {**dict.fromkeys(DOUBTS, 0.0), "scatter": 1.5, "few_runs": 4.0}
+TRUTH = Table(without_doubt=6.0, weights=WEIGHTS, most=(1.0, 1.0), names=1)
 RNG = np.random.default_rng(5)
 NAMES = [drawn(RNG, TRUTH, seed) for seed in range(3000)]
 
@@ -34,13 +35,22 @@ def test_the_fit_comes_back_to_what_the_names_were_drawn_from() -> None:
     assert table.weights["few_runs"] == pytest.approx(4.0, abs=1.0)
     assert all(w >= 0.0 for w in table.weights.values())
     assert table.names == len(NAMES)
-    said = [confidence(n.features, table) for n in NAMES]
-    assert expected_calibration_error(said, [n.true for n in NAMES]) < 0.02
+    several = [n for n in NAMES if n.features.runs > 2]
+    said = [confidence(n.features, table) for n in several]
+    assert expected_calibration_error(said, [n.true for n in several]) < 0.02
 
 
 def test_what_speaks_for_names_that_are_wrong_gets_no_weight() -> None:
     upside_down = [JudgedName(seed=n.seed, features=n.features, stated=n.stated, true=not n.true) for n in NAMES]
     assert fitted(upside_down).weights["scatter"] == 0.0
+
+
+def test_few_cases_bear_out_no_certainty() -> None:
+    single = [n for n in NAMES if n.features.runs == 1 and n.true][:8]
+    many = [n for n in NAMES if n.features.runs > 2]
+    table = fitted([*single, *many])
+    assert table.most[0] <= 9 / 10
+    assert all(confidence(n.features, table) <= 9 / 10 for n in single)
 
 
 def test_a_stronger_penalty_gives_smaller_weights() -> None:

@@ -23,9 +23,10 @@ FEATURES = st.builds(
 )  # fmt: skip
 TABLES = st.builds(
     Table, without_doubt=st.floats(-10.0, 10.0), names=st.integers(0, 1000),
+    most=st.tuples(SHARES, SHARES).map(lambda most: (min(most), max(most))),
     weights=st.fixed_dictionaries({d: st.floats(0.0, 10.0) for d in DOUBTS}),
 )  # fmt: skip
-EVERY_DOUBT = Table(without_doubt=5.0, weights=dict.fromkeys(DOUBTS, 0.3), names=100)
+EVERY_DOUBT = Table(without_doubt=5.0, weights=dict.fromkeys(DOUBTS, 0.3), most=(0.7, 0.9), names=100)
 SURE = Features(
     spread=0.01, spread_but_one=0.01, runs=6, left=0.01, left_beside=0.01, margin=5.0, own_share=0.8,
     beside_curve=False, whole_curve=False, rewritten=0.1,
@@ -39,7 +40,7 @@ def test_confidence_is_a_probability(f: Features, table: Table) -> None:
 
 
 @given(FEATURES, TABLES, AMOUNTS)
-@pytest.mark.parametrize("name", ["spread", "spread_but_one", "left_beside"])
+@pytest.mark.parametrize("name", ["spread", "left_beside"])
 def test_more_scatter_and_less_gain_never_raise_it(name: str, f: Features, table: Table, more: float) -> None:
     assert confidence(replace(f, **{name: getattr(f, name) + more}), table) <= confidence(f, table)
 
@@ -70,12 +71,17 @@ def test_what_is_missing_beside_a_name_does_not_count_against_it(
 @pytest.mark.parametrize(
     "worse",
     [
-        {"spread": 0.3}, {"spread_but_one": 0.3}, {"runs": 1}, {"left_beside": 0.5}, {"margin": 0.0},
+        {"spread": 0.3}, {"runs": 1}, {"left_beside": 0.5}, {"margin": 0.0},
         {"own_share": 0.1}, {"beside_curve": True},
     ],
 )  # fmt: skip
 def test_every_doubt_counts(worse: dict[str, float]) -> None:
     assert confidence(replace(SURE, **worse), EVERY_DOUBT) < confidence(SURE, EVERY_DOUBT)
+
+
+def test_one_run_bears_out_no_more_than_the_table_says() -> None:
+    table = Table(without_doubt=50.0, weights=dict.fromkeys(DOUBTS, 0.0), most=(0.7, 0.9), names=100)
+    assert [confidence(replace(SURE, runs=runs), table) for runs in (0, 1, 2, 3)] == [0.7, 0.7, 0.9, 1.0]
 
 
 def test_a_table_comes_back_from_its_file(tmp_path: Path) -> None:
@@ -103,6 +109,8 @@ def test_the_table_in_use_can_be_read() -> None:
         ({"weights": {**EVERY_DOUBT.weights, "rivalry": "much"}}, "weights.rivalry is 'much': it must be a number"),
         ({"without_doubt": float("nan")}, "without_doubt is nan"),
         ({"without_doubt": True}, "without_doubt is True: it must be a number"),
+        ({"most": [0.9, 0.7]}, "most is (0.9, 0.7): it must be two probabilities"),
+        ({"most": [0.9]}, "most must be a list of two numbers"),
         ({"names": None}, "names is None"),
     ],
 )
