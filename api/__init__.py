@@ -1,1 +1,1 @@
-"""HTTP, command line and web page; campaigns, jobs and their store; and the only wiring."""
+"""HTTP, command line and web page; the only package that imports all others."""

@@ -1,4 +1,4 @@
-"""The service: routes, errors and the workers, wired together for one app."""
+"""The app of the service: its routes, error handlers and workers."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ __all__ = ["create_app"]
 
 
 def create_app(settings: Settings, *, with_workers: bool = True) -> FastAPI:
-    """The app; its store is opened and its workers are started when it starts, not before.
+    """The app; its store and its workers start with it, not before.
 
-    ``with_workers=False``: campaigns and jobs are accepted here and worked on elsewhere.
+    ``with_workers=False``: campaigns and jobs are only accepted; the workers run elsewhere.
     """
 
     @asynccontextmanager

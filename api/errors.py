@@ -1,15 +1,15 @@
 """What api raises on purpose, and one table: from the errors of every package to HTTP status and exit status.
 
 ApiError
-├── InputError        what was asked for cannot be used: says what, where, the value, what would be right
-│   └── SettingsError an environment variable or an option that the service cannot start with
+├── InputError        the input cannot be used; the message says what, where, the value, what would be right
+│   └── SettingsError an environment variable or an option with which the service cannot start
 ├── TooLarge          a file that is larger than the service keeps
 ├── NotFound          no such campaign, test, run or job
 ├── Conflict          it exists, but not in a state in which this can be done
 ├── StoreError        the store cannot be reached
 │   └── NewerStore    a later version of this program made it
-├── LeaseLost         another worker holds the rig or the job by now: this one must stop
-└── ProcessError      a process that was started did not do what it was started for
+├── LeaseLost         another worker holds the rig or the job: this one must stop
+└── ProcessError      a process that was started failed
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class ApiError(Exception):
 
 
 class InputError(ApiError, ValueError):
-    """What was asked for cannot be used."""
+    """The input cannot be used."""
 
 
 class SettingsError(InputError):
@@ -51,7 +51,7 @@ class SettingsError(InputError):
 
 
 class TooLarge(ApiError):
-    """More bytes than the service keeps in one file."""
+    """A file that is larger than the service keeps."""
 
 
 class NotFound(ApiError, LookupError):
@@ -75,7 +75,7 @@ class LeaseLost(ApiError):
 
 
 class ProcessError(ApiError):
-    """A process that was started did not do what it was started for."""
+    """A process that was started failed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +88,7 @@ class Outcome:
 
 _BAD_INPUT = Outcome(422, 2)
 
-# The first class that fits counts: the narrower stands above the wider.
+# The first class that fits counts: subclasses stand before their base class.
 OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (NotFound, Outcome(404, 2)),
     (Conflict, Outcome(409, 1)),
@@ -118,7 +118,7 @@ OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
 
 
 def outcome_of(error: BaseException) -> Outcome | None:
-    """What ``error`` becomes; None where it is not one of ours: a fault of the program."""
+    """What ``error`` becomes; None for an error that no package raises on purpose: a fault of this program."""
     return next((outcome for kind, outcome in OUTCOMES if isinstance(error, kind)), None)
 
 

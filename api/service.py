@@ -1,4 +1,4 @@
-"""What every route is given: the stores, results, live samples and settings of one running service."""
+"""What every route uses: the stores, results, live samples and settings of one service."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ __all__ = ["Service", "ServiceDep", "open_service"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Service:
-    """Built when the app starts, closed with it. ``closing`` ends answers that would never end."""
+    """Made when the app starts. ``closing`` ends streamed answers."""
 
     settings: Settings
     database: Database
     campaigns: CampaignStore
     runs: RunStore
     jobs: JobStore
-    explanations: JobStore  # the jobs of one kind, which have routes of their own
+    explanations: JobStore  # the jobs of kind explain, which have routes of their own
     results: Results
     live: Live
     closing: Event = field(default_factory=Event)
 
 
 def open_service(settings: Settings) -> Service:
-    """Open the database and what is kept beside it; raises SettingsError or StoreError."""
+    """Open the database and the folders; raises SettingsError or StoreError."""
     database = Database(settings.store_url)
     return Service(
         settings=settings,

@@ -1,4 +1,4 @@
-"""The service as a process: one socket, one app, until told to stop."""
+"""The service as a process: one socket and one app, until SIGINT or SIGTERM."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from api.service import Service
 from api.settings import Settings
 from api.store.database import Database
 
-__all__ = ["serve_until_told"]
+__all__ = ["serve_until_stopped"]
 
 LOG = logging.getLogger("damper_rig.service")
 _GRACE_S = 3
 
 
 class _Server(uvicorn.Server):
-    """A server that says when it is ready, and that never ends before its rigs are safe.
+    """A server that reports when it is ready and ends only after its rigs are safe.
 
-    uvicorn's own second Ctrl-C skips the shutdown of the app: here every signal takes the same way.
+    In uvicorn a second Ctrl-C skips the shutdown of the app; here every signal does the same.
     """
 
     def __init__(self, app: FastAPI, on_ready: Callable[[], None]) -> None:
@@ -45,20 +45,20 @@ class _Server(uvicorn.Server):
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         service = getattr(self._app.state, "service", None)
         if isinstance(service, Service):
-            service.closing.set()  # ends answers that would never end, before the server waits for them
+            service.closing.set()  # ends streamed answers, which the server would wait for
         self.should_exit = True
 
 
-def serve_until_told(settings: Settings, *, on_ready: Callable[[str], None]) -> int:
+def serve_until_stopped(settings: Settings, *, on_ready: Callable[[str], None]) -> int:
     """Serve until SIGINT or SIGTERM; returns 0, or 1 where a rig was not released by its deadline.
 
     Raises SettingsError where the address cannot be listened on, StoreError where the store cannot be opened.
     """
     logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     with _listen(settings) as listening:
-        Database(settings.store_url).close()  # what is wrong with it is said here, in one line
+        Database(settings.store_url).close()  # an error in it is reported here, in one line
         if not _is_local(settings.host):
-            LOG.warning("listening on %s without access control: whoever reaches it can move a rig", settings.host)
+            LOG.warning("listening on %s without access control: anyone who can connect can move a rig", settings.host)
         host, port = listening.getsockname()[:2]
         shown = f"[{host}]" if ":" in host else host
         app = create_app(settings)

@@ -1,4 +1,4 @@
-"""What a service can be told by its environment and its command line: read once, passed down."""
+"""The settings of a service, from the environment and the command line."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class Settings:
     database_url: str = ""  # empty: an SQLite file in data_dir
     host: str = "127.0.0.1"
     port: int = 8420  # 0: any free port
-    lease_s: float = 20.0  # a worker that gives no sign of life for so long may lose its rig or its job
-    poll_s: float = 0.2  # how soon a new campaign or job, an abort or a cancellation is noticed
-    stop_s: float = 20.0  # how long a stopping service waits until its rigs are safe
-    keep_results_days: float = 365.0  # the files of a job's result are removed so long after its end; its record stays
+    lease_s: float = 20.0  # a worker that does not renew its lease for this time may lose its rig or its job
+    poll_s: float = 0.2  # interval at which campaigns, jobs, aborts and cancellations are looked for
+    stop_s: float = 20.0  # longest time that a stopping service waits until its rigs are safe
+    keep_results_days: float = 365.0  # until the files of a job's result are removed, from its end; its record stays
 
     def __post_init__(self) -> None:
         if not self.host.strip():
@@ -43,7 +43,9 @@ class Settings:
             if not (isfinite(seconds) and seconds > 0):
                 raise SettingsError(f"{name} is {seconds}: it must be a positive number of seconds")
         if not self.keep_results_days > 0:
-            raise SettingsError(f"keep_results_days is {self.keep_results_days}: it must be positive; inf: for ever")
+            raise SettingsError(
+                f"keep_results_days is {self.keep_results_days}: it must be positive; inf: never removed"
+            )
         if self.poll_s > self.lease_s / 4:
             raise SettingsError(
                 f"poll_s is {self.poll_s:g}: it must not exceed a quarter of lease_s ({self.lease_s:g})"
@@ -72,7 +74,7 @@ class Settings:
 
 
 def read_settings(environ: Mapping[str, str], **given: Any) -> Settings:
-    """The settings: what was ``given`` (not None), else the variable DAMPER_RIG_NAME, else the default.
+    """The settings: the value ``given`` (not None), else the variable DAMPER_RIG_NAME, else the default.
 
     Any: an option of the command line has the type of its setting, which ``Settings`` checks.
 

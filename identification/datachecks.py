@@ -1,4 +1,4 @@
-"""What a test engineer should know of a run before believing a result: findings that say what was seen, and where."""
+"""Checks of a measured run: findings that state the channel, what was found and where."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ Kind = Literal["polarity", "clipping", "frozen", "skew", "drift", "aliasing"]
 
 UNITS: Final = {"displacement": "m", "force": "N", "current": "A"}
 _AGAINST = -0.3  # correlation of force and velocity below which a damper would drive the rig
-_FLAT_SAMPLES = 4  # a channel that stops dead for as long as this at its extreme has hit something
-_STEEP = 6.0  # … when the sample before it was this many resolutions away
+_FLAT_SAMPLES = 4  # equal samples at an extreme that are clipping
+_STEEP = 6.0  # … if the sample before was this many resolutions away
 _STILL_SHARE, _STILL_SAMPLES = 0.02, 50
 _LATE_SAMPLES = 1.5
 _DRIFT_SHARE, _DRIFT_SIGMAS = 0.01, 6.0
-_TOP = 0.9  # of the Nyquist frequency: whatever repeats above it repeats beyond it too
+_TOP = 0.9  # of the Nyquist frequency: a signal that repeats above it goes on beyond Nyquist
 _ALIAS_RATIO = 10.0  # of repeatable power over noise power in that band
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing seen in one channel."""
+    """One finding in one channel."""
 
     kind: Kind
     channel: str
@@ -38,7 +38,7 @@ class Finding:
 
 
 def check_run(run: Run) -> tuple[Finding, ...]:
-    """Every finding in a run; empty where nothing was seen. Changes nothing and refuses nothing."""
+    """Every finding in a run; empty where there is none. Nothing is changed or refused."""
     channels = [name for name in UNITS if name in run.channels and run.samples >= 64]
     found = [f for name in channels for f in (*_frozen(run, name), *_clipped(run, name))]
     if "displacement" in channels and "force" in channels and not any(f.kind == "frozen" for f in found):
@@ -48,7 +48,7 @@ def check_run(run: Run) -> tuple[Finding, ...]:
 
 
 def findings_in(runs: Sequence[Run]) -> list[str]:
-    """A line for every finding in some runs, with the run's name."""
+    """A line for every finding in the runs, with the name of the run."""
     return [f"{run.path.name if run.path else run.run_id}: {finding}" for run in runs for finding in check_run(run)]
 
 
@@ -67,7 +67,7 @@ def _polarity(run: Run) -> Iterator[Finding]:
 
 
 def _clipped(run: Run, channel: str) -> Iterator[Finding]:
-    """Flat stretches at an extreme that the signal ran into at speed."""
+    """Flat stretches at an extreme that the signal reached at speed."""
     values = run.channels[channel]
     if np.unique(values[:2000]).size < 50:
         return
@@ -78,14 +78,14 @@ def _clipped(run: Run, channel: str) -> Iterator[Finding]:
         steep = np.abs(values[starts[inside] - 1] - extreme) > _STEEP * resolution
         if np.any(steep):
             share = 100.0 * float(np.sum(lengths[inside][steep])) / values.size
-            text = f"clipped at its {side}: it sits at {extreme:.4g} {UNITS[channel]} for {share:.2g} % of the run"
+            text = f"clipped at its {side}: it stays at {extreme:.4g} {UNITS[channel]} for {share:.2g} % of the run"
             yield Finding(
                 "clipping", channel, f"{text}, first at {starts[inside][steep][0] / run.sample_rate_hz:.3f} s"
             )
 
 
 def _frozen(run: Run, channel: str) -> Iterator[Finding]:
-    """A channel that stands still while the piston moves."""
+    """A channel that is constant while the piston moves."""
     values, x = run.channels[channel], run.channels.get("displacement")
     if np.ptp(values) == 0.0:
         if channel != "current":  # a constant current is a setting
@@ -107,7 +107,7 @@ def _frozen(run: Run, channel: str) -> Iterator[Finding]:
 
 
 def _skew(run: Run) -> Iterator[Finding]:
-    """Between reversals of velocity and of force, where the motion is quick: late, or ahead, by a constant time."""
+    """Force reversals late or early against those of the velocity by a constant time, where the motion is fast."""
     x, force, rate = run.channels["displacement"], run.channels["force"], run.sample_rate_hz
     width = max(1, int(rate / 200.0))
     kernel = np.ones(width) / width
@@ -128,7 +128,7 @@ def _skew(run: Run) -> Iterator[Finding]:
         word = "behind" if typical > 0 else "ahead of"
         text = (
             f"it reverses {1e3 * abs(typical) / rate:.3g} ms {word} the velocity: a time skew between the channels, or "
-            "a compliance or lag of the damper; tests at two frequencies tell them apart"
+            "a compliance or lag of the damper; tests at two frequencies distinguish them"
         )
         yield Finding("skew", "force", text)
 
@@ -151,7 +151,7 @@ def _drift(run: Run) -> Iterator[Finding]:
 
 
 def _aliased(run: Run) -> Iterator[Finding]:
-    """Force that repeats from period to period right up to the Nyquist frequency goes on beyond it, folded back."""
+    """A force that repeats from period to period up to the Nyquist frequency goes on beyond it and is folded back."""
     period = run.period_samples
     if period < 64 or run.samples < 4 * period:
         return
@@ -165,8 +165,8 @@ def _aliased(run: Run) -> Iterator[Finding]:
     if repeats > _ALIAS_RATIO * floor and repeats > 1e-8 * total:
         edge = _TOP * 0.5 * run.sample_rate_hz
         text = (
-            f"it repeats above {edge:.4g} Hz, {repeats / max(floor, 1e-300):.2g} times its noise: it holds more than "
-            f"the sample rate of {run.sample_rate_hz:g} Hz can show, the rest is folded back; filter before sampling"
+            f"it repeats above {edge:.4g} Hz, {repeats / max(floor, 1e-300):.2g} times its noise: it goes on beyond "
+            f"half the sample rate of {run.sample_rate_hz:g} Hz and is folded back; filter before sampling"
         )
         yield Finding("aliasing", "force", text)
 
@@ -175,7 +175,7 @@ _LOOKS: Final[tuple[Callable[[Run], Iterator[Finding]], ...]] = (_polarity, _ske
 
 
 def _resolution(values: Floats) -> float:
-    """The smallest step between different neighbouring samples that is usual."""
+    """The resolution: the 10 % quantile of the steps between different neighbouring samples."""
     steps = np.abs(np.diff(values))
     return float(np.percentile(steps[steps > 0.0], 10)) if np.any(steps > 0.0) else 0.0
 
@@ -188,7 +188,7 @@ def _stretches(true: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.i
 
 
 def _crossings(signal: Floats) -> Floats:
-    """Times of the zero crossings that lie between two real excursions, in samples, between samples by a line."""
+    """Times of the zero crossings between two excursions beyond 10 % of the signal, in samples, interpolated."""
     level = 0.1 * float(np.percentile(np.abs(signal), 95))
     state = np.where(signal > level, 1, np.where(signal < -level, -1, 0))
     known = np.flatnonzero(state)

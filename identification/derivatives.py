@@ -10,14 +10,14 @@ from scipy.ndimage import uniform_filter1d
 
 Floats = NDArray[np.float64]
 
-_LINE_SIGMA = 3.5  # a displacement line counts when it stands this far above its own noise: by chance 5e-6 of lines do
-_STAIRS = 8.0  # times the rounding's mean line: of a plain motion it gathers on few
-_FEW = 0.5  # distinct values for each sample: fewer are the steps of a converter
-_WIDEST = 0.85  # of the Nyquist frequency: beyond, no filter that ends in time can close
+_LINE_SIGMA = 3.5  # a displacement line is kept when it is this far above its noise: by chance 5e-6 of lines are
+_STAIRS = 8.0  # times the rounding's mean line: for a simple motion the rounding is concentrated on few lines
+_FEW = 0.5  # distinct values for each sample: fewer show the steps of a converter
+_WIDEST = 0.85  # of the Nyquist frequency: above it the transition of the filter would not fit
 _CUTS = 0.8  # of the variance left: a narrower band must explain the force this much better
 _MEDIAN_ODD = 0.4549  # median of χ² with one degree of freedom: the lines of an odd record have no real part
-_ROUNDED = 1e-9  # of the highest line: no line at all
-_NOT_CHANCE = 8  # lines: of noise alone one in two hundred thousand stands
+_ROUNDED = 1e-9  # of the highest line: rounding, not a line
+_NOT_CHANCE = 8  # lines: noise alone gives as many once in two hundred thousand
 _BEYOND = 4.0  # times the noise there: what a linear machine would show beyond the last line of the force
 _MATERIAL = 1e-3  # of the force
 _FLOOR_RATIO = 2.6  # the band of a free record ends where its spectrum meets this multiple of the floor
@@ -25,7 +25,7 @@ _FLOOR_RATIO = 2.6  # the band of a free record ends where its spectrum meets th
 
 @dataclass(frozen=True, slots=True)
 class Kinematics:
-    """Displacement, velocity and acceleration, each (N,) float64, SI, and the highest frequency they hold, Hz.
+    """Displacement, velocity and acceleration, each (N,) float64, SI, and their highest frequency, Hz.
 
     `noise` holds how the same three stray with the noise of the displacement sensor, each (P, N): for every period as
     it was measured, or, of a record without periods (P = 1), as a draw of noise of the level seen beyond its band.
@@ -82,7 +82,7 @@ def _line_noise(spectra: NDArray[np.complex128], rounding: float) -> tuple[Float
         return variance, _draw(variance[None, :])
     stray = spectra - mean
     single = np.sum(np.abs(stray) ** 2, axis=0) / (count - 1)
-    single[0] = single[min(1, lines - 1)]  # a middle that wanders says nothing of the lines beside it
+    single[0] = single[min(1, lines - 1)]  # a drifting mean says nothing about the lines beside it
     variance = np.maximum(uniform_filter1d(single, min(17, lines), mode="nearest"), 0.0) / count
     if float(np.mean(single)) < rounding:
         variance = variance + rounding
@@ -215,7 +215,7 @@ def _unexplained(motion: Kinematics, force: Floats) -> float:
     """Variance of a force, N², beside the simplest functions of a motion, ends and rests left out; ∞ of too little."""
     x, v, a = (s / max(float(np.std(s)), 1e-300) for s in (motion.x, motion.v, motion.a))
     columns = np.column_stack([np.ones(x.size), x, x**3, v, v * np.abs(v), np.tanh(5.0 * v), a])
-    inner = np.abs(v) > 0.1  # what moves: at rest friction may hold any force
+    inner = np.abs(v) > 0.1  # moving samples only: at rest friction can hold any force
     inner[: x.size // 20] = inner[-(x.size // 20) :] = False
     if np.sum(inner) <= columns.shape[1]:
         return np.inf

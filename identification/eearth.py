@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 _SHIFT, _MAGNITUDE, _SLOPE = 0.2, 0.5, 2.0  # the errors at which each score is zero
 _WARP = 0.1  # of the record
 _CELLS: Final = 2e7  # of the warping band: 20 MB and some tenths of a second
-_SAME = 1e-3  # correlations this close are the same: a period later everything repeats
+_SAME = 1e-3  # correlations this close count as equal: a periodic signal has a maximum in every period
 _INTERVALS = 9
 _INNER, _OUTER = 0.05, 0.5  # of the largest measured value: the corridors of ISO/TS 18571
 

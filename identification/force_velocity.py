@@ -27,7 +27,7 @@ class ArctanCurve:
     d: float  # N·s/m
     F2: float  # N
     std: Floats
-    rms: float  # N, of what is left
+    rms: float  # N, of the residual
 
     def __call__(self, v: Floats) -> Floats:
         """Force at the speeds `v`, (N,), m/s."""
@@ -45,7 +45,7 @@ def extremes(tests: Sequence[Cycles]) -> tuple[Floats, Floats]:
 
 
 def arctan_fit(v: Floats, force: Floats) -> ArctanCurve:
-    """Least squares of the saturating curve, from a range of starts since S has several valleys.
+    """Least squares of the saturating curve, from several starts, because S has several local minima.
 
     Parameters
     ----------
@@ -85,6 +85,6 @@ def arctan_fit(v: Floats, force: Floats) -> ArctanCurve:
 
 
 def _start(steepness: float, y: Floats, f: Floats) -> Floats:
-    """The three linear parameters that go best with a steepness."""
+    """The three linear parameters that fit best at a steepness."""
     basis = np.stack([2.0 / np.pi * np.arctan(steepness * y), y, np.ones_like(y)], axis=1)
     return np.concatenate([[np.log(steepness)], np.linalg.lstsq(basis, f, rcond=None)[0]])

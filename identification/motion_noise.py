@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.criteria import FORM
 from identification.errors import SimulationError
 from identification.noise import between_periods
 from identification.physical.model import Model
@@ -14,8 +15,6 @@ from identification.physical.predict import predict
 from identification.record import ROUNDING, Record
 
 Floats = NDArray[np.float64]
-
-_BLURRED = 0.3  # of the rms force: a model that makes more of the noise than this is no judge of it
 
 
 def with_motion_noise(record: Record, model: Model) -> Record:
@@ -29,7 +28,7 @@ def with_motion_noise(record: Record, model: Model) -> Record:
     if stray is None:
         return record
     size = float(np.sqrt(np.mean(stray**2)))
-    if not 0.0 < size < _BLURRED * float(np.sqrt(np.mean(record.measured**2))):
+    if not 0.0 < size < FORM.minor * float(np.sqrt(np.mean(record.measured**2))):
         return record
     if not (record.period and record.measured.size >= 2 * record.period):
         sigma = float(np.hypot(record.sigma, size))

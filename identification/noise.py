@@ -1,4 +1,4 @@
-"""How much of a force no model can explain: the noise floor, from what does not repeat."""
+"""The noise floor of a force, from what does not repeat."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def per_line(periods: Floats) -> Floats:
 def _without_slow_change(periods: Floats) -> Floats:
     """Differences of each period from the mean one, less an offset, a slope and a gain of its own, (P, N).
 
-    A load cell that drifts and a damper that warms up change from period to period, but they are no noise.
+    Drift of the load cell and warming of the damper change from period to period, but are not noise.
     """
     n = periods.shape[1]
     mean = periods.mean(axis=0)
@@ -70,14 +70,14 @@ def _running_median(power: Floats) -> Floats:
     if valid.size == 0:
         return np.zeros_like(power)
     size = min(_TONE_NEIGHBOURS, 2 * (valid.size // 2) + 1)
-    medians = median_filter(power[valid], size=size, mode="mirror")  # an end repeated would be its own median
+    medians = median_filter(power[valid], size=size, mode="mirror")  # a repeated end value would be its own median
     return np.interp(np.arange(power.size), valid, medians)
 
 
 def from_cycles(force: Floats, displacement: Floats, sample_rate_hz: float) -> float | None:
     """Noise of a force under a near-sinusoidal motion, N: what is left after every harmonic of the motion is taken out.
 
-    None where the motion is no steady sine, or is too short for it.
+    None where the motion is not a steady sine or is too short.
     """
     n = force.size
     t = np.arange(n) / sample_rate_hz

@@ -1,4 +1,4 @@
-"""A run made ready for identification: clean inputs, the window that counts, and the noise floor."""
+"""A run prepared for identification: clean inputs, the compared window, and the noise floor."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_opening
 
+from excitation.kinds import Kind
 from identification.derivatives import (
     Kinematics,
     band_of_drive,
@@ -33,18 +34,18 @@ from rigctl.runfile import Run
 Floats = NDArray[np.float64]
 Window = slice | NDArray[np.int64]
 
-ROUNDING = 1e-6  # of rms force: the numbers of a noise-free record, and the solver that made them
+ROUNDING = 1e-6  # of rms force: rounding of a noise-free record and of the solver that made it
 _MIN_SAMPLES = 64
-_REPEATABLE_FLOOR = 2e-4  # of rms force: no rig repeats itself, and no solver is exact, beyond this
+_REPEATABLE_FLOOR = 2e-4  # of rms force: neither a rig nor a solver is more exact
 
 
 _OVERSAMPLED = 16.0  # samples for one cycle at the end of a band that the force has narrowed
-_PASSED = 2.5  # times that end is what its filter lets pass of white noise, from −∞ to ∞
-_ROUGH = 1.5  # mean square of the steps over the variance: 2 of white noise, next to nothing of what is sampled well
-_AT_REST = 4.0  # times its noise: a velocity below may be none
-_STANDS = 1e-4  # or this share of the highest
-_SOME = 0.02  # share of a record at rest that is worth leaving out
-_KNOWN = 2  # records that repeat, from which the noise of the load cell is known
+_PASSED = 2.5  # times that end is the two-sided bandwidth of its filter for white noise
+_ROUGH = 1.5  # mean square of the steps over the variance: 2 for white noise, near 0 for a well sampled signal
+_AT_REST = 4.0  # times its noise: a lower velocity may be zero
+_STANDS = 1e-4  # or this share of the highest velocity
+_SOME = 0.02  # share of a record at rest from which it is left out
+_KNOWN = 2  # periodic records from which the noise of the load cell is known
 _SAME_LEVEL = 1.15
 
 
@@ -68,14 +69,16 @@ class Record:
     bandwidth_hz: float
     tones_hz: tuple[float, ...] = ()
     notes: tuple[str, ...] = field(default=())
-    kind: str = "custom"
+    kind: str = Kind.CUSTOM
     simulated: Floats | None = None  # (N,), N: what another program simulates, to which a model adds
-    modelled: float = 0.0  # share of the noise's variance that was not seen in the force but follows from a model
-    band_hz: float | None = None  # force and model are compared up to here alone, where the motion is known no further
+    modelled: float = 0.0  # share of the noise variance that follows from a model instead of the measured force
+    band_hz: float | None = (
+        None  # force and model are compared up to this frequency only: the motion is not known above it
+    )
     stride: int = 1  # samples of the run for one of the record: more only where the band ends far below the sample rate
     mean_sigma: float | None = None  # rms noise of the mean period, N, where it is not that of one by √P
     independent: float = 1.0  # share of the samples whose noise is independent, below 1 where it is coloured
-    again: Motion | None = None  # the motion as the displacement sensor might have shown it another time, noise and all
+    again: Motion | None = None  # the motion with another realisation of the sensor noise
 
     @property
     def dt(self) -> float:
@@ -88,7 +91,7 @@ class Record:
         return self.force[self.window]
 
     def seen(self, signal: Floats) -> Floats:
-        """What counts of a simulated force (N,) or its gradient (N, K): the window, in the band that is compared."""
+        """A simulated force (N,) or its gradient (N, K) in the compared window and band."""
         if self.band_hz is None:
             return signal[self.window]
         if self.period:
@@ -97,9 +100,9 @@ class Record:
 
 
 def compact(record: Record, foreign: Floats | None = None) -> Record:
-    """The mean settled period of a periodic record, for a search that looks at what repeats; other records as they are.
+    """The mean settled period of a periodic record, for a search that uses only what repeats; other records unchanged.
 
-    Time and temperature become their means over the periods, so that a drift still has its exact share. `foreign`
+    Time and temperature become their means over the periods, so that a drift keeps its exact share. `foreign`
     (N,), N, is taken from the force first (mains hum, which the mean would only blur).
     """
     force = record.force if foreign is None else record.force - foreign
@@ -177,11 +180,11 @@ def record_to_come(
     period: int = 0,
     settle: int = 0,
     sigma: float,
-    kind: str = "custom",
+    kind: str = Kind.CUSTOM,
 ) -> Record:
-    """The record that a run of this displacement (N,), m, and current, A, would give, without its force.
+    """The record of a planned run with this displacement (N,), m, and current, A, without its force.
 
-    After `settle` periods of `period` samples it repeats; `sigma` is the noise that the force will have, N.
+    After `settle` periods of `period` samples it repeats; `sigma` is the expected noise of the force, N.
     """
     n = displacement.size
     given = 0.0 if current is None else current
@@ -216,7 +219,7 @@ def _periodic(run: Run, name: str) -> Record:
         share = min(1.0, 2.0 * narrow / run.sample_rate_hz)
         settled = low_pass_lines(settled.ravel(), run.sample_rate_hz, narrow).reshape(settled.shape)
         force = np.concatenate([force[:drop], settled])
-        limited = f"; the force ends at {narrow:.3g} Hz, where the motion does not: compared up to there alone"
+        limited = f"; the force ends at {narrow:.3g} Hz, where the motion does not: compared up to that frequency only"
     if settled.shape[0] >= 2:
         sigma, tones = between_periods(settled)
         route = f"{settled.shape[0]} periods of {period} samples averaged, noise from their differences"
@@ -260,7 +263,7 @@ def _free(run: Run, name: str) -> Record:
         stride, share = max(1, int(rate / (_OVERSAMPLED * narrow))), min(1.0, _PASSED * narrow / rate)
         force, sigma = low_pass(force, rate, narrow)[::stride], sigma * np.sqrt(share)
         motion, again = motion.every(stride), again.every(stride)
-        how += "; force and model are compared up to there alone"
+        how += "; force and model are compared up to that frequency only"
     window, resting = _moving(motion.v, again.v - motion.v, _edge(rate / stride, kinematics.bandwidth_hz, force.size))
     return Record(
         name=name,
@@ -293,12 +296,12 @@ def _noise_of(x: Floats, force: Floats, rate: float, bandwidth_hz: float, steady
 
 
 def _edge(rate: float, bandwidth_hz: float, samples: int) -> int:
-    """Samples at each end that the filter of the motion has not settled in."""
+    """Samples at each end within which the filter of the motion has not settled."""
     return int(np.clip(rate / bandwidth_hz, 4, samples // 20))
 
 
 def _moving(v: Floats, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...]]:
-    """The samples that count: all but the ends, and but the rests, where friction may hold any force."""
+    """The compared samples: without the ends, and without rests, where friction can hold any force."""
     n = v.size
     still = np.abs(v) < max(_AT_REST * float(np.std(noise)), _STANDS * float(np.max(np.abs(v))))
     rests = binary_opening(still, np.ones(2 * edge + 1, dtype=bool))
@@ -307,22 +310,22 @@ def _moving(v: Floats, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...
         return slice(edge, n - edge), ()
     rests[:edge] = rests[n - edge :] = True
     return np.flatnonzero(~rests), (
-        f"{100 * share:.0f} % of it is at rest, where friction may hold any force: left out",
+        f"{100 * share:.0f} % of it is at rest, where friction can hold any force: left out",
     )
 
 
 def is_off(current: Floats) -> bool:
-    """Whether no current was meant: all of it is the noise of its sensor about zero."""
+    """Whether the current is off: only noise of its sensor about zero."""
     return _is_noise(current) and abs(float(np.mean(current))) <= float(np.std(current))
 
 
 def is_steady(current: Floats, share: float = 0.05) -> bool:
-    """Whether a current is one value and the noise of its sensor, or stays within a share of its highest value."""
+    """Whether a current is constant but for sensor noise, or varies by less than a share of its highest value."""
     return _is_noise(current) or float(np.ptp(current)) < share * float(np.max(np.abs(current)))
 
 
 def _is_noise(signal: Floats) -> bool:
-    """Whether a signal swings no slower than white noise does, whatever its size and unit (von Neumann 1941)."""
+    """Whether a signal varies as fast as white noise, whatever its size and unit (von Neumann 1941)."""
     return float(np.mean(np.diff(signal) ** 2)) >= _ROUGH * float(np.var(signal))
 
 
@@ -336,7 +339,7 @@ def _at_least(sigma: float, force: Floats) -> float:
 
 
 def noise_without(record: Record, tone: Floats) -> Record:
-    """The record with its noise estimated again after a foreign tone (N,), N, is taken out; its force stays."""
+    """The record with its noise estimated again without a foreign tone (N,), N; its force is unchanged."""
     if record.period == 0 or record.measured.size < 2 * record.period:
         return record
     sigma, _ = between_periods((record.force - tone)[record.window].reshape(-1, record.period))
@@ -344,9 +347,9 @@ def noise_without(record: Record, tone: Floats) -> Record:
 
 
 def same_load_cell(records: Sequence[Record]) -> list[Record]:
-    """The records with the noise of the load cell known from those that repeat, where another's own guess is higher.
+    """The records with the noise that periodic records show, where the estimate of another record is higher.
 
-    What does not repeat, an edge or a tone, can pass for noise in a run without whole periods; the load cell is one.
+    In a run without whole periods an edge or a tone can be mistaken for noise; all runs have the same load cell.
     """
     known = [r.sigma for r in records if r.period and r.measured.size >= 2 * r.period]
     if len(known) < _KNOWN:

@@ -1,4 +1,4 @@
-"""The sheet that a damper engineer expects: loops, peak- and continuous-velocity plots, maps; one HTML page."""
+"""The characteristic sheet of a damper: loops, peak- and continuous-velocity plots, maps; one HTML page."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def write_sheet(
 ) -> list[dict[str, float | str | None]]:
     """Write the page, whole or not at all; returns the rows of its table.
 
-    With a `model` its loops and peak velocities stand beside the measured ones, dashed.
+    With a `model` its loops and peak velocities are drawn with the measured ones, dashed.
 
     Raises
     ------
@@ -57,8 +57,8 @@ def write_sheet(
     left_out = [_name(run) for run, cycles in found if cycles is None]
     if not tests:
         raise DataError(
-            f"{', '.join(left_out) or 'no run'}: no steady sine: a characteristic needs whole cycles of one, "
-            "and a force that moves"
+            f"{', '.join(left_out) or 'no run'}: no steady sine: the sheet needs whole cycles of a sine "
+            "and a force that varies"
         )
     simulated = [] if model is None else _simulated(model, [run for run, cycles in found if cycles is not None])
     speeds, forces = extremes(tests)
@@ -78,13 +78,13 @@ def write_sheet(
 
 
 def _simulated(model: SimulationModel, runs: Sequence[Run]) -> list[Cycles]:
-    """The tests as the model gives them; without those on which its force stands still."""
+    """The tests as the model simulates them; without those where its force is constant."""
     found = [steady_cycles(run, SIMULATED) for run in with_simulation(model, runs)]
     return [cycles for cycles in found if cycles is not None]
 
 
 def _simulated_row(test: Cycles | None, model: SimulationModel | None) -> dict[str, float | str | None]:
-    """What the model makes of a test; nothing without a model."""
+    """The simulation of a test; nothing without a model."""
     if model is None:
         return {}
     force = None if test is None else test.loop()[2]
@@ -96,7 +96,7 @@ def _simulated_row(test: Cycles | None, model: SimulationModel | None) -> dict[s
 
 
 def row(test: Cycles) -> dict[str, float | str | None]:
-    """What one test comes to, SI."""
+    """The figures of one test, SI."""
     return {
         "run": test.name,
         "frequency": test.frequency_hz,
@@ -273,7 +273,7 @@ def _page(
     fitted = "" if curve is None else (
         f"<p>Force–velocity curve through the extremes, (2/π)·arctan(S·v)·F1 + d·v + F2: S = {curve.S:.4g} ± "
         f"{curve.std[0]:.2g} s/m, F1 = {curve.F1:.5g} ± {curve.std[1]:.2g} N, d = {curve.d:.4g} ± {curve.std[2]:.2g} "
-        f"N·s/m, F2 = {curve.F2:.4g} ± {curve.std[3]:.2g} N; {curve.rms:.3g} N rms are left.</p>"
+        f"N·s/m, F2 = {curve.F2:.4g} ± {curve.std[3]:.2g} N; residual {curve.rms:.3g} N rms.</p>"
     )  # fmt: skip
     skipped = (
         f"<p class=note>Left out, no steady sine or no force: {html.escape(', '.join(left_out))}.</p>"

@@ -1,4 +1,4 @@
-"""What a steady sine shows: whole cycles, their harmonics, dynamic stiffness, loss factor and the shape of the loop."""
+"""Steady sine tests: whole cycles, their harmonics, dynamic stiffness, loss factor and loop shape."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from rigctl.runfile import Run
 Floats = NDArray[np.float64]
 
 _HARMONICS = 25
-_PURE = 0.03  # share of the displacement's power outside of its first five harmonics, beyond which it is no sine
+_PURE = 0.03  # largest share of the displacement's power outside of its first five harmonics
 _LEAST_CYCLES = 2
-_CLEAR = 6.0  # times the median of the upper harmonics: a harmonic that is no noise
+_CLEAR = 6.0  # times the median of the upper harmonics: a harmonic above the noise
 _LEAST_SAMPLES = 64
 
 
@@ -46,7 +46,7 @@ class Cycles:
 
     @property
     def peak_velocity_m_s(self) -> float:
-        """Of the first harmonic, m/s."""
+        """Velocity amplitude of the first harmonic, m/s."""
         return 2.0 * np.pi * self.frequency_hz * self.amplitude_m
 
     @property
@@ -61,9 +61,9 @@ class Cycles:
         keep the force from ringing where it jumps, over that of the first harmonic: it stays as it is, however few
         harmonics the sample rate has room for.
         """
-        turn = 2.0 * np.pi * np.arange(points) / points
+        angle = 2.0 * np.pi * np.arange(points) / points
         k = np.arange(self.x_lines.size)
-        wave = np.exp(1j * np.outer(turn, k))
+        wave = np.exp(1j * np.outer(angle, k))
         rate = 2j * np.pi * self.frequency_hz * k
         noise = np.median(np.abs(self.x_lines[(k.size + 1) // 2 :]))
         lines = np.where((k < 2) | (np.abs(self.x_lines) > _CLEAR * noise), self.x_lines, 0.0)
@@ -78,7 +78,7 @@ def dynamic_stiffness(cycles: Cycles) -> float:
 
 
 def loss_factor(cycles: Cycles) -> float:
-    """tan φ = Im H/Re H at the first harmonic; large where the damper hardly stores."""
+    """tan φ = Im H/Re H at the first harmonic; large where the damper stores little energy."""
     return float(cycles.stiffness.imag / cycles.stiffness.real) if cycles.stiffness.real != 0.0 else np.inf
 
 
@@ -102,7 +102,7 @@ def loop_shape(cycles: Cycles) -> float:
 
 
 def steady_cycles(run: Run, channel: str = "force") -> Cycles | None:
-    """The steady whole cycles of a run under a sine; None where its motion is none, or the force stands still.
+    """The steady whole cycles of a sine test; None where the motion is not a sine or the force is constant.
 
     The first period of a periodic run, or the first cycle of another, is transient and left out. Where amplitude or
     frequency wander, the longest stretch counts in which they do not: a half, quarter or eighth of the run, of several
@@ -154,7 +154,7 @@ def _sine(x: Floats, part: slice, rate: float) -> tuple[slice, float, float] | N
     if frequency is None:
         return None
     cycle = rate / frequency
-    start = part.start + (round(cycle) if part.start == 0 else 0)  # what begins at rest is transient
+    start = part.start + (round(cycle) if part.start == 0 else 0)  # a start from rest is transient
     count = int((part.stop - start) / cycle + 1e-6)
     if count < _LEAST_CYCLES:
         return None
@@ -211,8 +211,8 @@ def _frequency(x: Floats, rate: float) -> float | None:
 
 def _lines(t: Floats, s: Floats, frequency: float, order: int) -> NDArray[np.complex128]:
     """Complex amplitudes at the multiples of the frequency by least squares, (order + 1,)."""
-    turn = 2.0 * np.pi * frequency * np.outer(t, np.arange(1, order + 1))
-    basis = np.concatenate([np.ones((t.size, 1)), np.cos(turn), np.sin(turn)], axis=1)
+    angle = 2.0 * np.pi * frequency * np.outer(t, np.arange(1, order + 1))
+    basis = np.concatenate([np.ones((t.size, 1)), np.cos(angle), np.sin(angle)], axis=1)
     found = np.linalg.solve(basis.T @ basis, basis.T @ s)  # its columns are all but orthogonal
     return np.concatenate([found[:1] + 0j, found[1 : order + 1] - 1j * found[order + 1 :]])
 

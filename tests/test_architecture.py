@@ -68,8 +68,6 @@ def test_every_package_says_what_it_exports() -> None:
 
 
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
-# Private names that tests still replace, because the module under test has no argument for it: to be emptied.
-STILL_REPLACED = {("test_naming.py", "_settle")}
 
 
 def modules_imported(tree: ast.Module) -> Iterator[str]:
@@ -114,7 +112,7 @@ def test_no_test_replaces_a_private_name() -> None:
         for name in names_replaced(ast.parse(path.read_text(encoding="utf-8")))
         if is_private(name)
     }
-    assert found == STILL_REPLACED, "give the function an argument for it instead"
+    assert not found, "give the function an argument for it instead"
 
 
 @pytest.mark.parametrize(
@@ -129,3 +127,16 @@ def test_no_test_replaces_a_private_name() -> None:
 )
 def test_a_private_name_that_is_replaced_is_found(line: str, private: bool) -> None:
     assert any(map(is_private, names_replaced(ast.parse(line)))) == private
+
+
+def test_no_function_of_the_physical_models_takes_more_than_eight_arguments() -> None:
+    trees = {
+        path: ast.parse(path.read_text(encoding="utf-8")) for path in (ROOT / "identification/physical").rglob("*.py")
+    }
+    counts = {
+        f"{path.name}: {node.name}": len(node.args.args) + len(node.args.kwonlyargs)
+        for path, tree in trees.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef)
+    }
+    assert {name: count for name, count in counts.items() if count > 8} == {}

@@ -1,1 +1,1 @@
-"""Campaigns: what is asked of a rig, played in order, each end written down as it was."""
+"""Campaigns: tests that are played on a rig in order, and how each ended."""

@@ -1,4 +1,4 @@
-"""Explain, run the test that would tell most, explain again: until the verdict is sure or the rig time is spent."""
+"""Explain, run the most informative test, explain again, until every name is sure or the rig time is used up."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from rigctl.runfile import Run
 
 __all__ = ["SURE", "Round", "autopilot", "settled", "sure"]
 
-SURE = 0.85  # confidence in every name at which no further test is worth its rig time
+SURE = 0.85  # no further test when every name has this confidence
 
 
 @dataclass(frozen=True, slots=True)
 class Round:
-    """One explanation, of how many runs, after how much rig time, and why it was the last, if it was."""
+    """One explanation: of how many runs, after how much rig time, and the reason if it was the last."""
 
     found: Explanation
     runs: int
     rig_seconds: float
-    ended: str  # "" while it goes on
+    ended: str  # the reason of the end; "" if a further test follows
 
 
 def autopilot(
@@ -32,17 +32,17 @@ def autopilot(
     budget_s: float,
     on_round: Callable[[Round], None] = lambda made: None,
 ) -> list[Round]:
-    """Rounds of explaining and testing, the last of which says why it was the last.
+    """The rounds of explaining and testing; the last one states why it was the last.
 
-    `explain` answers for the runs so far, `play` runs one test on the rig and gives its run. No test begins that would
-    exceed `budget_s` seconds of motion. Errors of either are passed on: the rounds made so far were told to `on_round`.
+    `explain` explains the runs so far; `play` runs one test on the rig and returns its run. No test starts that would
+    exceed `budget_s` seconds of motion. Errors of both are passed on; `on_round` was called for each round before.
     """
     measured, spent = list(runs), 0.0
     rounds: list[Round] = []
     while True:
         found = explain(measured)
         test = _next(found, len(rounds) + 1)
-        ended = _why_to_end(found, rounds[-1].found if rounds else None, test, budget_s - spent)
+        ended = _end_reason(found, rounds[-1].found if rounds else None, test, budget_s - spent)
         rounds.append(Round(found, len(measured), spent, ended))
         on_round(rounds[-1])
         if ended or test is None:
@@ -52,12 +52,12 @@ def autopilot(
 
 
 def sure(found: Explanation) -> bool:
-    """Whether the gap is explained and no name in doubt."""
+    """Whether the gap is explained and every name is sure."""
     return found.verdict == Verdict.EXPLAINED and _sure_names(found)
 
 
 def settled(found: Explanation, before: Explanation | None) -> bool:
-    """Whether the names are sure, and either explain the gap or stayed the same through one more test."""
+    """Whether the names are sure, and either explain the gap or did not change with one more test."""
     same = before is not None and _sure_names(before) and _names(found) == _names(before)
     return sure(found) or (same and _sure_names(found))
 
@@ -79,15 +79,15 @@ def _seconds(test: Test) -> float:
     return test.excitation.samples / test.excitation.sample_rate_hz
 
 
-def _why_to_end(found: Explanation, before: Explanation | None, test: Test | None, left_s: float) -> str:
+def _end_reason(found: Explanation, before: Explanation | None, test: Test | None, left_s: float) -> str:
     if found.verdict == Verdict.NO_DISCREPANCY and test is None:
         return "the model meets the data"
     if sure(found):
         return "every name is sure"
     if settled(found, before):
-        return "every name is sure, and what stays has none"
+        return "every name is sure; the remaining gap has no name"
     if test is None:
-        return "no test within the motion seen so far would tell more"
+        return "no further test within the motion so far would be informative"
     if _seconds(test) > left_s:
-        return f"the next test takes {_seconds(test):.0f} s, of the rig time {max(left_s, 0.0):.0f} s are left"
+        return f"the next test takes {_seconds(test):.0f} s, {max(left_s, 0.0):.0f} s of rig time are left"
     return ""

@@ -1,4 +1,4 @@
-"""What the worker of a rig writes: only under the lease of the rig, so that two never drive one."""
+"""Writes of the worker of a rig, only under the lease of the rig, so that no two workers drive one rig."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ __all__ = ["HeldRig", "hold_rig"]
 
 
 def hold_rig(database: Database, rig: str, owner: str, lease_s: float) -> HeldRig | None:
-    """The rig in the hands of ``owner``, where nobody else holds it or its holder is dead; else None."""
+    """The rig, held by ``owner``; None where another worker holds it. An expired lease is taken over."""
     with database.writing() as connection:
         lease = acquire(connection, rig_resource(rig), owner, lease_s)
     return None if lease is None else HeldRig(database, rig, lease)
 
 
 class HeldRig:
-    """The campaigns of one rig in the hands of the one worker that holds its lease.
+    """The campaigns of one rig, for the one worker that holds its lease.
 
-    Every call renews the lease, and raises LeaseLost where another worker has taken the rig: nothing is
-    written then. A lease that ran out but that nobody took is still held.
+    Every call renews the lease. It raises LeaseLost, and writes nothing, where another worker has taken the rig. A
+    lease that expired is still held as long as no other worker takes it.
     """
 
     def __init__(self, database: Database, rig: str, lease: Lease) -> None:
@@ -37,12 +37,12 @@ class HeldRig:
         self._database, self._rig = database, rig
 
     def release(self) -> None:
-        """Give the rig back; another worker may take it at once. Silent where it is lost already."""
+        """Release the rig; another worker may take it at once. No error if it is lost already."""
         with self._database.writing() as connection:
             release(connection, self.lease)
 
     def left_open(self) -> tuple[Campaign, ...]:
-        """What runs on this rig in the store though no worker can be playing it: its worker died."""
+        """The campaigns of this rig that the store has as running although their worker has died."""
         mine = (campaigns.c.rig == self._rig) & (campaigns.c.state == CampaignState.RUNNING)
         with writing_as_holder(self._database, self.lease) as connection:
             numbers = connection.scalars(select(campaigns.c.number).where(mine)).all()
@@ -64,13 +64,13 @@ class HeldRig:
             record_event(connection, number, f"taken by {self.lease.owner}")
             return read_campaign(connection, campaigns.c.number == number)
 
-    def sign_of_life(self, campaign: Campaign) -> Order:
-        """Renew the lease; what somebody has asked of the campaign."""
+    def renew(self, campaign: Campaign) -> Order:
+        """Renew the lease; returns what was requested of the campaign."""
         with writing_as_holder(self._database, self.lease) as connection:
             return _order(connection, campaign)
 
     def progress(self, campaign: Campaign, position: int, phase: str, samples: int, text: str) -> Order:
-        """Write down how far a running test is; what somebody has asked of the campaign."""
+        """Store the progress of a test; returns what was requested of the campaign."""
         with writing_as_holder(self._database, self.lease) as connection:
             connection.execute(
                 update(tests)
@@ -80,7 +80,7 @@ class HeldRig:
             return _order(connection, campaign)
 
     def end_test(self, campaign: Campaign, position: int, state: TestState, text: str) -> None:
-        """How a test ended."""
+        """Store how a test ended."""
         name = campaign.tests[position].name
         with writing_as_holder(self._database, self.lease) as connection:
             connection.execute(
@@ -91,7 +91,7 @@ class HeldRig:
             record_event(connection, campaign.number, f"test {name}: {state}" + (f": {text}" if text else ""))
 
     def add_run(self, campaign: Campaign, run: RunRecord) -> None:
-        """A captured run file: its samples are what its test has come to."""
+        """Store a captured run file; the samples of its test are those of the file."""
         with writing_as_holder(self._database, self.lease) as connection:
             values = {name: value for name, value in asdict(run).items() if name != "campaign_id"}
             connection.execute(insert(runs).values(campaign=campaign.number, **values))
@@ -104,7 +104,7 @@ class HeldRig:
             record_event(connection, campaign.number, text)
 
     def end(self, campaign: Campaign, state: CampaignState, reason: str) -> None:
-        """How the campaign ended."""
+        """Store how the campaign ended."""
         with writing_as_holder(self._database, self.lease) as connection:
             end_campaign(connection, campaign.number, state, reason)
 

@@ -1,4 +1,4 @@
-"""The latest samples of the running tests, kept in memory for whoever watches."""
+"""The latest samples of the running tests, kept in memory for the live page."""
 
 from __future__ import annotations
 
@@ -53,6 +53,6 @@ class Live:
             )
 
     def after(self, number: int) -> tuple[LivePoints, ...]:
-        """What was published after block ``number``, as far as it is still kept."""
+        """The blocks published after block ``number`` that are still kept."""
         with self._lock:
             return tuple(block for block in self._blocks if block.number > number)

@@ -1,4 +1,4 @@
-"""Force over displacement and over velocity: the two pictures that every damper engineer looks at first."""
+"""The curves of force over displacement and over velocity of a run."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _LEAST_SAMPLES = 64
 def loops(run: Run, points: int) -> dict[str, JsonValue]:
     """Displacement (m), velocity (m/s) and force (N) of a run as equally long lists of at most ``points``.
 
-    Of a periodic run its last period with the exact derivative of the mean period, of another the whole run
-    with a smoothing derivative. The samples are thinned evenly, never averaged.
+    A periodic run gives its last period, with the exact derivative of the mean period; any other run is given whole,
+    with a smoothing derivative. Samples are left out evenly, never averaged.
 
     Raises InputError where the run has no displacement or no force, or is too short.
     """
@@ -28,7 +28,7 @@ def loops(run: Run, points: int) -> dict[str, JsonValue]:
     if lacking:
         raise InputError(f"run {run.run_id} has no channel {lacking[0]!r}: it cannot be drawn")
     if run.samples < _LEAST_SAMPLES:
-        raise InputError(f"run {run.run_id} has {run.samples} samples: a picture needs {_LEAST_SAMPLES}")
+        raise InputError(f"run {run.run_id} has {run.samples} samples: a chart needs {_LEAST_SAMPLES}")
     x, v, force = _motion(run)
     step = -(-x.size // points)
     return {

@@ -1,4 +1,4 @@
-"""What a campaign must be to be accepted: checked whole before anything is kept."""
+"""A campaign as it is requested: checked whole before anything is stored."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class NewCampaign:
         for text in self.interlocks:
             check_text("interlock", text, 100)
             interlock(text)
-        connect(self.rig).close()  # refuses an address that it cannot read; sends nothing
+        connect(self.rig).close()  # checks the address; sends nothing
         for test in self.plan.tests:
             check_text("test name", test.name, 200)
         if self.plan.duration_s > _MOST_RIG_TIME_S:
@@ -62,7 +62,7 @@ class NewCampaign:
 
 
 def check_text(key: str, value: str, longest: int) -> None:
-    """Raise InputError where a text is empty, too long or not to be printed."""
+    """Raise InputError where a text is empty, too long or not printable."""
     if not value.strip() or len(value) > longest or not value.isprintable():
         raise InputError(f"{key} is {_shown(value)}: it must be 1 … {longest} printable characters")
 

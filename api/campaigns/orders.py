@@ -1,4 +1,4 @@
-"""What people ask of a campaign that runs: hold, go on, stop, abort. An end that was asked for is never taken back."""
+"""What can be requested of a running campaign: hold, resume, stop, abort. A stop or an abort cannot be withdrawn."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ __all__ = ["ENDS", "Asked", "Order", "combine"]
 
 
 class Asked(StrEnum):
-    """What was asked last."""
+    """The last request."""
 
-    NOTHING = ""  # go on
+    NOTHING = ""  # resume
     HOLD = "hold"  # come to rest under power, and wait
     STOP = "stop"  # come to rest, travel back to mid-stroke without current, end
     ABORT = "abort"  # come to rest, power off where the piston stands, end
@@ -22,14 +22,14 @@ ENDS = (Asked.STOP, Asked.ABORT)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Order:
-    """What a worker has to do, and why where it is to end."""
+    """What a worker has to do; the reason where the campaign must end."""
 
     asked: Asked = Asked.NOTHING
     reason: str | None = None
 
 
 def combine(asked: Asked, wish: Asked) -> Asked | None:
-    """What is asked after a wish; None where it comes too late: the campaign is ending."""
+    """The request that holds after a new one; None where it comes too late, because the campaign is ending."""
     if asked not in ENDS:
         return wish
     if wish not in ENDS:

@@ -1,4 +1,4 @@
-"""One campaign on one rig: every test in order, each end written down as it was."""
+"""Plays one campaign on one rig: every test in order, and how each ended."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class _Ended(Exception):
 
 
 def play_campaign(held: HeldRig, campaign: Campaign, runs: RunStore, live: Live, *, stop: Event, poll_s: float) -> None:
-    """Play a campaign that was taken, and end it in the store as it ended on the rig.
+    """Play a campaign, and store how it ended on the rig.
 
     Raises LeaseLost and StoreError: then the rig is safe, and the next holder of the lease closes the campaign.
     """
@@ -52,7 +52,7 @@ def play_campaign(held: HeldRig, campaign: Campaign, runs: RunStore, live: Live,
     except (LeaseLost, StoreError):
         raise
     except Exception as error:
-        # A fault of this program or of the disk: the player has made the rig safe; what the store says must be true too
+        # A fault of this program or of the disk: the player has made the rig safe, and the store must show the end too
         held.end(campaign, CampaignState.FAILED, f"{type(error).__name__}: {one_line(error)}")
         raise
     if watch.failure is not None:
@@ -122,7 +122,7 @@ def _play_test(
 def _how_it_ended(
     path: Path | None, failure: RigError | ExcitationError | None, asked: str
 ) -> tuple[CampaignState, str]:
-    """Aborted only where the rig followed what was asked; a fault or a stop that failed is a failure.
+    """Aborted only where the rig did what was requested; a fault or a stop that failed is a failure.
 
     A stop before the first sample comes as a RigFault without a file.
     """
@@ -132,7 +132,7 @@ def _how_it_ended(
 
 
 def adopt_run_files(held: HeldRig, campaign: Campaign, runs: RunStore) -> tuple[str, ...]:
-    """Close the run files that a crash left open, tell the store of every file that it does not know yet.
+    """Close the run files that a crash left open, and store every run file that the store does not have.
 
     Returns a line for each file that could not be used.
     """

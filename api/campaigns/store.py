@@ -1,4 +1,4 @@
-"""Campaigns in the store: what was asked for, how far it is, and how it ended."""
+"""Campaigns in the store: requests, progress and results."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class CampaignStore:
         self._database = database
 
     def create(self, new: NewCampaign) -> Campaign:
-        """Accept a campaign: from now on it is never lost."""
+        """Store a new campaign."""
         with self._database.writing() as connection:
             row = campaigns.insert().values(
                 id=uuid4().hex,
@@ -66,11 +66,11 @@ class CampaignStore:
             return _read_campaigns(connection, query)
 
     def abort(self, campaign_id: str, reason: str) -> Campaign:
-        """Ask for the end of a campaign, as `ask` does."""
+        """Request the end of a campaign, as `ask` does."""
         return self.ask(campaign_id, Asked.ABORT, reason)
 
     def ask(self, campaign_id: str, wish: Asked, reason: str) -> Campaign:
-        """Ask for the end of a campaign, at once where it waits, by its worker where it runs; or hold, or go on.
+        """End a campaign: at once where it waits, by its worker where it runs; or hold or resume it.
 
         Raises NotFound, and Conflict where the campaign is not in a state for that.
         """
@@ -131,7 +131,7 @@ def _ask_running(connection: Connection, row: Row[Any], wish: Asked, reason: str
     """Any: SQLAlchemy's rows know their columns only when they run."""
     after = combine(Asked(row.asked), wish)
     if after is None:
-        raise Conflict(f"campaign {row.id} is ending, {row.asked} was asked for: it can not {_verb(wish)}")
+        raise Conflict(f"campaign {row.id} is ending, {row.asked} was asked for: it cannot {_verb(wish)}")
     if after != row.asked:
         _set(connection, row.number, asked=after, abort_reason=reason if after in ENDS else None)
         record_event(connection, row.number, f"{after or 'resume'} asked for: {reason}")
@@ -142,17 +142,17 @@ def _verb(wish: Asked) -> str:
 
 
 def rig_resource(rig: str) -> str:
-    """What a lease on a rig is a lease on."""
+    """The resource of a lease on a rig."""
     return f"rig {rig}"
 
 
 def record_event(connection: Connection, number: int, text: str) -> None:
-    """Write down what happened to a campaign."""
+    """Store an event of a campaign."""
     connection.execute(events.insert().values(campaign=number, at_s=now(), text=text))
 
 
 def end_campaign(connection: Connection, number: int, state: CampaignState, reason: str) -> None:
-    """Close a campaign: a test that was running ends like the campaign, those that wait are skipped."""
+    """End a campaign: a running test ends like the campaign, waiting tests are skipped."""
     _set(connection, number, state=state, reason=reason, asked=Asked.NOTHING, ended_at_s=now())
     last = TestState.ABORTED if state is CampaignState.ABORTED else TestState.FAILED
     for before, after in ((TestState.RUNNING, last), (TestState.WAITING, TestState.SKIPPED)):

@@ -1,4 +1,4 @@
-"""Between a streaming player and the store: the stream never waits for a database, nor the store for the rig."""
+"""The exchange between a streaming player and the store: the stream never waits for the database."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ SHUTDOWN = "the service was stopped"
 
 
 class Watch:
-    """What one campaign's player is told and asked, and a thread that carries it to the store and back.
+    """Keeps the progress of one campaign and the requests for it, and exchanges them with the store in a thread.
 
-    The thread renews the lease as long as the player gives a sign of life itself. Where the lease is lost, or
-    the store has not answered for half of the lease's time, the player is told to stop: ``failure`` is why.
+    The thread renews the lease as long as the player calls one of the methods. Where the lease is lost, or the store
+    has not answered for half of the lease's time, the player must stop; ``failure`` is the reason.
     """
 
     def __init__(
@@ -57,32 +57,32 @@ class Watch:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._ended.set()
-        self._thread.join()  # its last call to the store has the store's deadline
+        self._thread.join()  # its last call ends by the store's deadline
 
     def begin(self, position: int) -> None:
-        """The test at ``position`` of the campaign comes next."""
+        """The test at ``position`` of the campaign is the next one."""
         with self._lock:
             self._position, self._latest = position, None
 
     def should_stop(self) -> str | None:
-        """Why the test must stop, None where it need not: an answer from memory."""
+        """Why the test must stop, None where it need not. Does not wait for the store."""
         self._player_at = self._now()
         if self._reason is None and self._stop.is_set():
             self._reason = SHUTDOWN
         return self._reason
 
     def should_hold(self) -> bool:
-        """Whether the test must rest: an answer from memory."""
+        """Whether the test must hold. Does not wait for the store."""
         self._player_at = self._now()
         return self._asked is Asked.HOLD
 
     def should_return(self) -> bool:
-        """Whether a rig that was stopped travels back to mid-stroke: an answer from memory."""
+        """Whether a rig that was stopped travels back to mid-stroke. Does not wait for the store."""
         self._player_at = self._now()
         return self._asked is Asked.STOP
 
     def on_progress(self, progress: Progress) -> None:
-        """Take note; the store hears of it soon."""
+        """Keep the progress; the thread writes it to the store."""
         self._player_at = self._now()
         if progress.block is not None:
             values = progress.block.values
@@ -93,7 +93,7 @@ class Watch:
     def _exchange(self) -> None:
         while not self._ended.wait(self._poll_s) and self.failure is None:
             if self._now() - self._player_at > self._held.lease.length_s:
-                continue  # the player gives no sign of life: neither does this worker
+                continue  # the player does not respond: let the lease expire
             try:
                 self._apply(self._report())
                 self._store_at = self._now()
@@ -107,7 +107,7 @@ class Watch:
         with self._lock:
             position, latest, self._latest = self._position, self._latest, None
         if latest is None or latest.phase is Phase.STOPPED:
-            return self._held.sign_of_life(self._campaign)
+            return self._held.renew(self._campaign)
         return self._held.progress(self._campaign, position, latest.phase, latest.samples, latest.text)
 
     def _apply(self, order: Order) -> None:

@@ -1,4 +1,4 @@
-"""Workers: one for each rig that has something to do, each in a thread, each under the lease of its rig."""
+"""Workers: a thread for each rig that has work, under the lease of the rig."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from api.store.runs import RunStore
 __all__ = ["Workers", "work"]
 
 LOG = logging.getLogger("damper_rig.worker")
-LEFT_OPEN = "the worker that ran it gave no sign of life before its lease ended"
+LEFT_OPEN = "the worker that ran it did not renew its lease in time"
 
 
 def work(
@@ -29,7 +29,7 @@ def work(
 ) -> None:
     """Play every campaign that waits for a rig, in order; returns when none waits or ``stop`` is set.
 
-    Returns at once where another worker holds the rig. What a dead worker left running is closed first.
+    Returns at once where another worker holds the rig. Campaigns that a dead worker left running are closed first.
     """
     held = hold_rig(database, rig, owner, settings.lease_s)
     if held is None:
@@ -43,7 +43,7 @@ def work(
 
 
 def close_left_open(held: HeldRig, runs: RunStore) -> None:
-    """Close as failed what a worker that died left running, keeping every sample that reached the disk."""
+    """Close the campaigns that a dead worker left running as failed; every sample on the disk is kept."""
     for campaign in held.left_open():
         refused = adopt_run_files(held, campaign, runs)
         held.end(campaign, CampaignState.FAILED, "; ".join((LEFT_OPEN, *refused)))

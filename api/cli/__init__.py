@@ -1,1 +1,1 @@
-"""The command line: one file per subcommand, heavy imports only inside the command that needs them."""
+"""The command line: one file for each command; heavy imports stand inside the command that needs them."""

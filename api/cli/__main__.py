@@ -1,4 +1,4 @@
-"""``python -m api.cli`` is ``damper-rig``: how a program starts it as a process of its own."""
+"""``python -m api.cli`` is ``damper-rig``: how another program starts it as a process."""
 
 from api.cli.main import run
 

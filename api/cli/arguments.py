@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["spread"]
+__all__ = ["repeat_options"]
 
 SEVERAL = ("--held-out", "--runs", "--hide", "--fault", "--interlock")
 
 
-def spread(arguments: Sequence[str]) -> list[str]:
+def repeat_options(arguments: Sequence[str]) -> list[str]:
     """The arguments with such an option repeated before each of its values, up to the next option.
 
-    >>> spread(["explain", "m.json", "a.h5", "--held-out", "b.h5", "c.h5", "-o", "out"])
+    >>> repeat_options(["explain", "m.json", "a.h5", "--held-out", "b.h5", "c.h5", "-o", "out"])
     ['explain', 'm.json', 'a.h5', '--held-out', 'b.h5', '--held-out', 'c.h5', '-o', 'out']
     """
     out: list[str] = []

@@ -1,4 +1,4 @@
-"""``damper-rig autopilot``: explain, run the test that would tell most, explain again."""
+"""``damper-rig autopilot``: explain, run the most informative test, explain again."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ __all__ = ["autopilot"]
 
 
 def autopilot(
-    model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="The simulation as it is today.")],
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="What has been measured so far.")],
+    model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="Your present simulation: .json.")],
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="Runs measured so far.")],
     rig: Annotated[str, typer.Option(help="The rig's address, for example modbus://127.0.0.1:5020.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the runs and the report.")],
-    budget: Annotated[float, typer.Option(min=1.0, help="Seconds of motion that it may spend.")] = 120.0,
+    budget: Annotated[float, typer.Option(min=1.0, help="Rig time that may be used, seconds of motion.")] = 120.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
-    """Find what the simulation is missing, and run on the rig what is needed to be sure of it.
+    """Find what the simulation is missing, and run the tests on the rig that make the names sure.
 
-    The tests stay within the stroke, speed and current that the given runs have reached.
+    The tests stay within the stroke, speed and current of the given runs.
 
     Example: damper-rig autopilot model.json first.h5 --rig modbus://127.0.0.1:5020 -o found --budget 60
     """
-    from api.campaigns.autopilot import autopilot as fly
-    from api.cli.explain import in_words
+    from api.campaigns.autopilot import autopilot as run_autopilot
+    from api.cli.explain import report_lines
     from api.cli.terminal import answer, progress_bar
     from identification.compute import chosen
     from identification.discrepancy import explain, report_data, write_report
@@ -47,11 +47,11 @@ def autopilot(
     transport = connect(rig)
     try:
 
-        def explained(so_far: Sequence[Run]) -> Explanation:
+        def explain_runs(so_far: Sequence[Run]) -> Explanation:
             with progress_bar("explaining") as tell:
                 return explain(base, so_far, on_progress=lambda text, done: tell(done, text))
 
-        def played(test: Test) -> Run:
+        def play_test(test: Test) -> Run:
             with progress_bar(test.name) as tell:
                 path = play(
                     transport,
@@ -62,20 +62,22 @@ def autopilot(
                 )
             return read_run(path)
 
-        def told(made: Round) -> None:
-            write_report(made.found, output)  # what is known so far stays, whatever happens to the next test
-            typer.echo(_in_a_line(made), err=True)
+        def report_round(made: Round) -> None:
+            write_report(made.found, output)  # kept even if the next test fails
+            typer.echo(_round_line(made), err=True)
 
         with chosen(os.environ):
-            rounds = fly(measured, explain=explained, play=played, budget_s=budget, on_round=told)
+            rounds = run_autopilot(
+                measured, explain=explain_runs, play=play_test, budget_s=budget, on_round=report_round
+            )
     finally:
         transport.close()
     report = report_data(rounds[-1].found)
-    last = f"{len(rounds) - 1} tests, {rounds[-1].rig_seconds:.0f} s of motion; ended because {rounds[-1].ended}"
-    answer("\n".join([*in_words(report), last, str(output / "report.html")]), report, as_json=as_json)
+    last = f"{len(rounds) - 1} tests, {rounds[-1].rig_seconds:.0f} s of motion; ended: {rounds[-1].ended}"
+    answer("\n".join([*report_lines(report), last, str(output / "report.html")]), report, as_json=as_json)
 
 
-def _in_a_line(made: Round) -> str:
+def _round_line(made: Round) -> str:
     names = ", ".join(f"{e.element} {e.confidence:.2f}" for e in made.found.effects) or "no name"
     ahead = made.ended or made.found.next_test.text
     return f"{made.runs} runs: {made.found.verdict.replace('_', ' ')}, {names}; {ahead}"

@@ -14,9 +14,11 @@ __all__ = ["characterise"]
 
 def characterise(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="Sine tests of one damper.")],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="SHEET.html", help="One page that opens offline.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="SHEET.html", help="The sheet, one page that opens offline.")
+    ],
     model: Annotated[
-        Path | None, typer.Option("--model", metavar="MODEL", help="A model beside the tests: .json or .fmu.")
+        Path | None, typer.Option("--model", metavar="MODEL", help="Model to draw with the tests: .json or .fmu.")
     ] = None,
     fmu_input: FmuInput = None,
     fmu_output: FmuOutput = "",

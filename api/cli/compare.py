@@ -1,4 +1,4 @@
-"""``damper-rig compare``: models of any kind beside each other on measured runs."""
+"""``damper-rig compare``: compare models of any kind on measured runs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def compare(
     fmu_set: FmuSet = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON, SI units.")] = False,
 ) -> None:
-    """Models beside each other on measured runs: error, cost a sample, parameters, training range left or not.
+    """Compare models on measured runs: error, cost per sample, parameters, samples outside the training range.
 
     Example: damper-rig compare fitted.json other.json damper.fmu --runs runs/*.h5 -o comparison.html
     """

@@ -1,4 +1,4 @@
-"""``damper-rig convert``: run files to and from what other programs read."""
+"""``damper-rig convert``: run files to and from the formats of other programs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["convert"]
 
 def convert(
     source: Annotated[Path, typer.Argument(metavar="FILE", help="A run: .h5, .csv or .mat.")],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="Its ending says the format.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="Output; the ending sets the format.")],
 ) -> None:
     """Export a run file to .csv (spreadsheets) or .mat (MATLAB), or import one from them.
 

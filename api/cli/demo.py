@@ -18,18 +18,14 @@ __all__ = ["demo"]
 
 
 def demo(
-    output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of everything it makes.")
-    ] = Path("demo-output"),
-    seed: Annotated[
-        int | None, typer.Option(help="Draws the hidden effect; without it a seed is drawn and printed.")
-    ] = None,
-    effect: Annotated[str | None, typer.Option(help="Hide this effect instead of a drawn one.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")] = False,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Output folder.")] = Path("demo-output"),
+    seed: Annotated[int | None, typer.Option(help="Seed of the hidden effect; default: random, printed.")] = None,
+    effect: Annotated[str | None, typer.Option(help="Effect to hide instead of a random one.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Run the main job end to end: simulated rig, service, campaign, run files, model, explained gap, report.
 
-    Takes about two minutes. Ctrl-C at any time stops the rig and ends everything that was started.
+    Takes about two minutes. Ctrl-C stops the rig and ends every process that was started.
 
     Example: damper-rig demo -o demo-output --seed 7
     """
@@ -40,19 +36,19 @@ def demo(
     from api.demo.demonstration import Asked, demonstrate
     from api.demo.report import write_index
 
-    begun = time.monotonic()
+    started = time.monotonic()
     drawn = secrets.randbelow(1_000_000) if seed is None else seed
     console = messages()
-    output = output.absolute()  # what it makes is linked by place, whatever folder it is started in
+    output = output.absolute()  # links must not depend on the working folder
     demonstration = demonstrate(Asked(output=output, seed=drawn, effect=effect or ""), _Show(console))
     report = output / "report.html"
     write_index(demonstration, report)
-    console.print(f"[bold]7[/bold]  Done in {time.monotonic() - begun:.0f} s")
+    console.print(f"[bold]7[/bold]  Done in {time.monotonic() - started:.0f} s")
     answer(_text(demonstration, report), _figures(demonstration, report), as_json=as_json)
 
 
 class _Show:
-    """Steps as lines, bars only on a terminal."""
+    """Prints steps as lines, and bars only on a terminal."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
@@ -97,14 +93,14 @@ def _figures(demonstration: Demonstration, report: Path) -> dict[str, object]:
 
 
 def _text(demonstration: Demonstration, report: Path) -> str:
-    from api.demo.report import gap_rows, words_of
+    from api.demo.report import gap_rows, verdict_text
 
     lines = []
     for finding in (demonstration.rig, demonstration.real):
-        ladder = ", ".join(f"{name} {value:.4g} N" for name, value in gap_rows(finding))
+        gaps = ", ".join(f"{name} {value:.4g} N" for name, value in gap_rows(finding))
         closed = finding.report["gap"]["held_out"].get("closed")
         share = "" if closed is None else f" ({100 * closed:.1f} % of the reducible gap closed)"
-        lines += [f"{finding.title}: {words_of(finding)}", f"  held-out gap: {ladder}{share}"]
-    right = "named right" if demonstration.named_right else "not what was named"
+        lines += [f"{finding.title}: {verdict_text(finding)}", f"  held-out gap: {gaps}{share}"]
+    right = "named right" if demonstration.named_right else "named wrong"
     lines.append(f"Hidden in the rig was: {', '.join(demonstration.truth)} ({right})")
     return "\n".join([*lines, f"Report: {report}"])

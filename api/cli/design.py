@@ -1,4 +1,4 @@
-"""``damper-rig design``: excitation files and test plans from a configuration, or again from a file."""
+"""``damper-rig design``: excitation files and test plans from a configuration or from an earlier file."""
 
 from __future__ import annotations
 
@@ -14,33 +14,34 @@ __all__ = ["design"]
 
 design = typer.Typer(
     name="design",
-    help="Design an excitation or a test plan, or make again what is in a file.\n\n"
+    help="Design an excitation or a test plan, or repeat the design in a file.\n\n"
     "Example: damper-rig design --from multisine.h5 -o again.h5",
     no_args_is_help=True,
     invoke_without_command=True,
 )
 
-Config = Annotated[Path, typer.Argument(metavar="CONFIG.toml", help="What is wanted.")]
+Config = Annotated[Path, typer.Argument(metavar="CONFIG.toml", help="The configuration.")]
 Out = Annotated[Path, typer.Option("-o", "--output", help=".h5 holds the whole design, .csv opens in a spreadsheet.")]
 Rig = Annotated[
-    Path | None, typer.Option("--envelope", metavar="RIG.toml", help="What the rig can do: what exceeds it is refused.")
+    Path | None,
+    typer.Option(
+        "--envelope", metavar="RIG.toml", help="The rig's limits (TOML); a design that exceeds them is refused."
+    ),
 ]
-Fit = Annotated[bool, typer.Option("--scale-to-fit", help="Scale down what exceeds the envelope instead.")]
+Fit = Annotated[bool, typer.Option("--scale-to-fit", help="Scale a design that exceeds the limits down to them.")]
 Damper = Annotated[
     Path | None, typer.Option("--model", metavar="MODEL.json", help="The damper, for the predicted force and heat.")
 ]
 Plot = Annotated[
     Path | None, typer.Option("--plot", metavar="OUT.html", help="Charts, in one page that opens offline.")
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="Print what was made as JSON.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the figures of the design as JSON.")]
 
 
 @design.callback()
-def again(
+def repeat(
     context: typer.Context,
-    source: Annotated[
-        Path | None, typer.Option("--from", metavar="FILE", help="Make the design in FILE again.")
-    ] = None,
+    source: Annotated[Path | None, typer.Option("--from", metavar="FILE", help="Repeat the design in FILE.")] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="With --from: the new file.")] = None,
     envelope: Rig = None,
     scale_to_fit: Fit = False,
@@ -48,7 +49,7 @@ def again(
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Without a command: makes again what is in the file of --from."""
+    """Without a command: repeats the design in the file of --from."""
     from api.errors import InputError
 
     given = source, output, envelope, model, plot
@@ -83,7 +84,7 @@ def random_phase(
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """A random-phase multisine, displacement and, where asked, current.
+    """A random-phase multisine of displacement and, if configured, current.
 
     Example: damper-rig design random-phase multisine.toml -o multisine.h5 --plot multisine.html
     """
@@ -144,7 +145,7 @@ def _design(
     limits = envelope_of(config) if envelope is None else read_envelope(envelope)
     if limits is None and (fit or model is not None):
         option = "--scale-to-fit" if fit else "--model"
-        raise InputError(f"{option}: there are no limits to hold: give --envelope RIG.toml, or envelope in {config}")
+        raise InputError(f"{option}: no limits are given: give --envelope RIG.toml, or envelope in {config}")
     damper = None if model is None else force_model(model)
     with progress_bar(f"designing {output.name}"):
         made = design_file(command, config, envelope=limits, fit=fit, force_model=damper)
@@ -152,7 +153,7 @@ def _design(
 
 
 def _check_plot(plot: Path | None) -> None:
-    """Before any work: a page that could not be written must not leave a design without it."""
+    """Checked before the design: either both files are written or none."""
     from api.errors import InputError
 
     if plot is None:

@@ -12,28 +12,31 @@ import typer
 
 from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
 
-__all__ = ["explain", "in_words"]
+__all__ = ["explain", "report_lines"]
 
 
 def explain(
-    model: Annotated[Path, typer.Argument(metavar="MODEL", help="The simulation as it is today: .json or .fmu.")],
+    model: Annotated[Path, typer.Argument(metavar="MODEL", help="Your present simulation: .json or .fmu.")],
     runs: Annotated[
         list[Path] | None, typer.Argument(metavar="RUN.h5 ...", help="Measured runs of one specimen.")
     ] = None,
     *,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the report.")],
     held_out: Annotated[
-        list[Path] | None, typer.Option(metavar="RUN.h5", help="Runs that no fit may see; can be repeated.")
+        list[Path] | None, typer.Option(metavar="RUN.h5", help="Run that is not used for fitting; can be repeated.")
     ] = None,
     simulated: Annotated[
-        bool, typer.Option("--simulated", help="No MODEL.json: the runs hold your simulation, channel force_simulated.")
+        bool,
+        typer.Option(
+            "--simulated", help="Without MODEL.json: the runs contain your simulated force in channel force_simulated."
+        ),
     ] = False,
     fmu_input: FmuInput = None,
     fmu_output: FmuOutput = "",
     fmu_set: FmuSet = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
-    """Find where simulation and measurement disagree, name the missing effect, add it, show the gap shrink.
+    """Find where simulation and measurement differ, name the missing effect, add it to the model, show the gap left.
 
     Example: damper-rig explain model.json runs/*.h5 --held-out check.h5 -o report
     """
@@ -58,24 +61,24 @@ def explain(
         measured, kept = driven[: len(measured)], driven[len(measured) :]
     with chosen(os.environ), progress_bar("explaining") as tell:
         found = explain_gap(base, measured, kept or None, on_progress=lambda text, done: tell(done, text))
-    warn([*measured, *kept])  # now that they are accepted: what is refused is told in one line
+    warn([*measured, *kept])  # only now: a refusal is one line
     options = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "--fmu-output": [fmu_output]}
     write_report(found, output, reproduce=_command([model, *(runs or [])], options, output, simulated=simulated))
     report = report_data(found)
-    answer("\n".join([*in_words(report), str(output / "report.html")]), report, as_json=as_json)
+    answer("\n".join([*report_lines(report), str(output / "report.html")]), report, as_json=as_json)
 
 
 def _command(
     files: Sequence[Path], options: Mapping[str, Sequence[Path | str] | None], output: Path, *, simulated: bool
 ) -> str:
-    """The command line that makes the report again."""
+    """The command that repeats this explanation."""
     given = [(name, str(value)) for name, values in options.items() for value in values or [] if str(value)]
     words = [word for option in given for word in option]
     flags = ["--simulated"] if simulated else []
     return shlex.join(["damper-rig", "explain", *map(str, files), *flags, *words, "-o", str(output)])
 
 
-def in_words(report: Mapping[str, Any]) -> list[str]:
+def report_lines(report: Mapping[str, Any]) -> list[str]:
     """The verdict, the names, the gap on held-out runs and the next test, a line each. Any: the JSON of the report."""
     gap = report["gap"]["held_out"]
     lines = [f"verdict: {report['verdict'].replace('_', ' ')}"]

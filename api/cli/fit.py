@@ -17,20 +17,24 @@ __all__ = ["fit"]
 
 
 def fit(
-    model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="The model as it is known today.")],
+    model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="The model with start values.")],
     runs: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="Measured runs of one specimen.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="MODEL.json", help="The fitted model.")],
-    starts: Annotated[int, typer.Option("--starts", help="Begin at as many places, keep the best.")] = 1,
+    starts: Annotated[int, typer.Option("--starts", help="Number of starts; the best fit is kept.")] = 1,
     robust: Annotated[
         float | None,
-        typer.Option("--robust", help="Beyond so many noise deviations a sample counts by its size alone."),
+        typer.Option("--robust", help="Huber threshold, in noise standard deviations."),
     ] = None,
     refine: Annotated[
-        bool, typer.Option("--refine", help="Let friction build up and hysteresis turn over gently, where the runs do.")
+        bool, typer.Option("--refine", help="Fit smooth forms of friction and hysteresis where the runs show them.")
     ] = False,
     profiled: Annotated[
         list[str] | None,
-        typer.Option("--profile", metavar="ELEMENT.PARAMETER", help="Its interval by profile likelihood."),
+        typer.Option(
+            "--profile",
+            metavar="ELEMENT.PARAMETER",
+            help="Parameter whose interval is computed by profile likelihood; can be repeated.",
+        ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the parameters as JSON.")] = False,
 ) -> None:
@@ -79,7 +83,7 @@ def _figures(output: Path, result: Fit, intervals: Intervals) -> dict[str, Any]:
         "warnings": warnings(result),
         "intervals": {name: [e if isfinite(e) else None for e in ends] for name, ends in intervals.items()},
         "parameters": {
-            f"{element.name}.{element.spec.parameters[k].name}": {
+            f"{element.id}.{element.spec.parameters[k].name}": {
                 "value": element.parameters[k].value,
                 "std": element.parameters[k].std,
                 "unit": element.spec.parameters[k].unit,

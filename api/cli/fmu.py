@@ -1,4 +1,4 @@
-"""What the options of a command say of an FMU."""
+"""The options of a command that connect an FMU."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FmuOutput = Annotated[
     typer.Option(
         "--fmu-output",
         metavar="VARIABLE",
-        help="The damper's force among the FMU's outputs; -VARIABLE reverses it.",
+        help="Output of the FMU that is the damper's force; -VARIABLE reverses its sign.",
     ),
 ]
 FmuSet = Annotated[
@@ -38,7 +38,7 @@ FmuSet = Annotated[
 def fmu_choice(
     models: Sequence[Path], inputs: Sequence[str] | None, output: str, parameters: Sequence[str] | None
 ) -> Choice | None:
-    """What was said, None where nothing was; raises InputError or ModelError."""
+    """The user's choice, None without any of the options; raises InputError or ModelError."""
     from api.errors import InputError
     from identification.models import Choice
 

@@ -1,4 +1,4 @@
-"""A model of any kind as the force model of the experiment design: what a test will pull before it is played."""
+"""A model of any kind as the force model of the experiment design: the force of a test before it is played."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def force_model(path: Path) -> ForceModel:
 
     def force(played: PlayedMotion) -> NDArray[np.float64]:
         if "current" in model.inputs and played.current_a is None:
-            raise InputError(f"{path}: '{model.name}' needs a control current, which the tests have not: give them one")
+            raise InputError(f"{path}: '{model.name}' needs a control current, which the tests do not have: add one")
         n = played.displacement_m.size
         times = 2 if played.repeats > 1.0 else 1
         motion = motion_from(

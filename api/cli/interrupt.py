@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: one tidy way out, which impatience cannot break and no library can swallow."""
+"""Handling of Ctrl-C and SIGTERM."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from types import FrameType
 
 __all__ = ["ignore_signals", "take_hold", "take_signals"]
 
-_AGAIN_S = 0.5
+_AGAIN_S = 0.5  # until it is checked whether the exception was lost
 _ENDING = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -18,44 +18,44 @@ class Interrupted(KeyboardInterrupt):
     """Ctrl-C or SIGTERM."""
 
 
-class _Way:
-    """Raises in the main thread, once: as long as that exception is on its way out, more signals change nothing.
+class _Interruption:
+    """Raises Interrupted in the main thread; further signals have no effect while that exception is being handled.
 
-    It may be raised inside somebody's callback or bare ``except`` and vanish there. It is looked after: where it
-    is gone though the program goes on, it is raised again.
+    A library may catch it in a callback or a bare ``except``. If it is gone and the program still runs, it is raised
+    again.
     """
 
     def __init__(self) -> None:
-        self._on_its_way: weakref.ref[Interrupted] | None = None
+        self._raised: weakref.ref[Interrupted] | None = None
 
     def begin(self, number: int, frame: FrameType | None) -> None:
-        if self._on_its_way is not None and self._on_its_way() is not None:
+        if self._raised is not None and self._raised() is not None:
             return
         if hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
-        raise self._made()  # in no variable here: the traceback would keep it alive for ever
+        raise self._new_error()  # not in a local variable: the traceback would keep it alive
 
-    def _made(self) -> Interrupted:
+    def _new_error(self) -> Interrupted:
         error = Interrupted()
-        self._on_its_way = weakref.ref(error)
+        self._raised = weakref.ref(error)
         return error
 
-    def look_after(self, number: int, frame: FrameType | None) -> None:
+    def raise_again(self, number: int, frame: FrameType | None) -> None:
         signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
         self.begin(number, frame)
 
 
 def take_signals() -> None:
     """From now on SIGINT and SIGTERM raise Interrupted in the main thread."""
-    way = _Way()
+    interruption = _Interruption()
     for number in _ENDING:
-        signal.signal(number, way.begin)
+        signal.signal(number, interruption.begin)
     if hasattr(signal, "setitimer"):
-        signal.signal(signal.SIGALRM, way.look_after)
+        signal.signal(signal.SIGALRM, interruption.raise_again)
 
 
 def ignore_signals() -> None:
-    """The exit status is settled: nothing changes it while Python ends."""
+    """Ignore signals from now on: the exit status is settled."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, signal.SIG_IGN)
@@ -65,17 +65,17 @@ def ignore_signals() -> None:
 
 @contextmanager
 def take_hold() -> Iterator[Callable[[], bool]]:
-    """Ctrl-Z (SIGTSTP) asks for a hold, and again to go on, instead of stopping the process with the rig in motion."""
+    """Ctrl-Z (SIGTSTP) holds and resumes; it does not suspend the process with the rig in motion."""
     held = False
 
-    def turn(number: int, frame: FrameType | None) -> None:
+    def toggle_hold(number: int, frame: FrameType | None) -> None:
         nonlocal held
         held = not held
 
     if not hasattr(signal, "SIGTSTP"):
         yield lambda: False
         return
-    before = signal.signal(signal.SIGTSTP, turn)
+    before = signal.signal(signal.SIGTSTP, toggle_hold)
     try:
         yield lambda: held
     finally:

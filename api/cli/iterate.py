@@ -1,4 +1,4 @@
-"""``damper-rig iterate``: the drive that makes the measured motion equal the wanted one."""
+"""``damper-rig iterate``: the drive with which the measured motion equals the target."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ __all__ = ["iterate"]
 
 
 def iterate(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The wanted motion: an excitation file or a plan.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The target motion: an excitation file or a plan.")],
     rig: Annotated[str, typer.Option(help="The rig's address, for example modbus://127.0.0.1:5020.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder of drives, charts and run files.")],
-    tolerance: Annotated[float, typer.Option(help="Error at which it ends, % rms of the target.")] = 1.0,
-    iterations: Annotated[int, typer.Option(help="At most so many after the plain command.")] = 5,
-    gain: Annotated[float, typer.Option(help="Share of the error that one iteration takes away.")] = 0.9,
+    tolerance: Annotated[float, typer.Option(help="Tolerance of the error, % rms of the target.")] = 1.0,
+    iterations: Annotated[int, typer.Option(help="Largest number of iterations after the plain command.")] = 5,
+    gain: Annotated[float, typer.Option(help="Share of the error that one iteration corrects.")] = 0.9,
     bandwidth: Annotated[
-        float | None, typer.Option(help="Nothing is corrected above, Hz; without it: where the target's motion ends.")
+        float | None, typer.Option(help="No correction above this frequency, Hz; default: the band of the target.")
     ] = None,
     cool_to: Annotated[
-        float | None, typer.Option(help="Before each run wait until the damper is that cool, °C: iterations heat it.")
+        float | None, typer.Option(help="Wait before each run until the damper is at or below this temperature, °C.")
     ] = None,
-    specimen: Annotated[str, typer.Option(help="What is in the rig: goes into every run file.")] = "",
-    operator: Annotated[str, typer.Option(help="Who does it: goes into every run file.")] = "",
-    as_json: Annotated[bool, typer.Option("--json", help="Print what came of it as JSON.")] = False,
+    specimen: Annotated[str, typer.Option(help="Specimen, for the run files.")] = "",
+    operator: Annotated[str, typer.Option(help="Operator, for the run files.")] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Iterate the drive of each test until its measured displacement is the wanted one.
+    """Iterate the drive of each test until the measured displacement equals the target.
 
     Writes NAME.drive.h5 (play it with 'damper-rig run'), NAME.convergence.html and a run file of each iteration.
-    Ends with 1 where the tolerance was not reached.
+    Exit status 1: the tolerance was not reached.
 
     Example: damper-rig iterate road.h5 --rig modbus://127.0.0.1:5020 -o iterated
     """

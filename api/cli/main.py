@@ -1,4 +1,4 @@
-"""The command ``damper-rig``: its subcommands, and how every one of them ends."""
+"""The command ``damper-rig``: its subcommands and their exit status."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import typer
 
-from api.cli.arguments import spread
+from api.cli.arguments import repeat_options
 from api.cli.autopilot import autopilot
 from api.cli.characterise import characterise
 from api.cli.compare import compare
@@ -75,13 +75,13 @@ def _options(
 def run() -> NoReturn:
     """The console script. Ends with 0 done, 2 bad input or usage, 1 anything else."""
     take_signals()
-    # Before numpy is there: on small matrices more threads of BLAS take three times as long, and round differently.
+    # Before numpy is imported: on small matrices several threads take three times as long and round differently.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     status = main(sys.argv[1:])
     ignore_signals()
     try:
         sys.stdout.flush()
-    except BrokenPipeError:  # whoever read our output has gone
+    except BrokenPipeError:  # the reader of our output has ended
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         status = status or 1
     sys.exit(status)
@@ -90,7 +90,7 @@ def run() -> NoReturn:
 def main(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit status; errors are one line on standard error."""
     try:
-        result = app(spread(arguments), prog_name="damper-rig", standalone_mode=False)
+        result = app(repeat_options(arguments), prog_name="damper-rig", standalone_mode=False)
         return _status(result if isinstance(result, int) else 0)
     except (KeyboardInterrupt, typer.Abort):
         return _interrupted()
@@ -100,7 +100,7 @@ def main(arguments: Sequence[str]) -> int:
         return _usage(error, arguments)
     except BrokenPipeError:
         return 1
-    except Exception as error:  # noqa: BLE001 - the last door: whatever it is, it leaves in one line
+    except Exception as error:  # noqa: BLE001 - the last handler: any error becomes one line
         return _failed(error)
 
 

@@ -1,4 +1,4 @@
-"""``damper-rig recover``: close the run files that a crash left open."""
+"""``damper-rig recover``: close run files that a crash left open."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ __all__ = ["recover"]
 
 
 def recover(
-    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Where the run files are, with its folders.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print what was done as JSON.")] = False,
+    directory: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Folder of the run files, searched with its subfolders.")
+    ],
+    as_json: Annotated[bool, typer.Option("--json", help="Print the closed files as JSON.")] = False,
 ) -> None:
-    """Close run files that a crash left open, as 'truncated', losing no sample that reached the disk.
+    """Close run files that a crash left open as 'truncated'; every sample on the disk is kept.
 
     Example: damper-rig recover lab/runs
     """

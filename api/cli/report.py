@@ -1,4 +1,4 @@
-"""``damper-rig report``: the page of an explanation, drawn again."""
+"""``damper-rig report``: draw the page of an explanation again."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def report(
 ) -> None:
     """Draw report.html again from report.json and evidence.h5 in DIR.
 
-    Nothing is simulated or judged: the page is the one that explain wrote, in the form of this version.
+    Nothing is simulated or judged again: the page has the results of explain in the layout of this version.
 
     Example: damper-rig report found
     """

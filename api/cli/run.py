@@ -1,4 +1,4 @@
-"""``damper-rig run``: play excitation files or plans on a rig, here and now, without the service."""
+"""``damper-rig run``: play excitation files or plans on a rig, without the service."""
 
 from __future__ import annotations
 
@@ -19,23 +19,25 @@ def run(
     ],
     rig: Annotated[str, typer.Option(help="The rig's address, for example modbus://127.0.0.1:5020.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the run files.")],
-    specimen: Annotated[str, typer.Option(help="What is in the rig: goes into every run file.")] = "",
-    operator: Annotated[str, typer.Option(help="Who does it: goes into every run file.")] = "",
-    ramp: Annotated[float, typer.Option(help="Seconds in which the motion fades in and out.")] = 1.0,
-    settle: Annotated[float, typer.Option(help="Seconds at full size before a periodic excitation is recorded.")] = 0.0,
+    specimen: Annotated[str, typer.Option(help="Specimen, for the run files.")] = "",
+    operator: Annotated[str, typer.Option(help="Operator, for the run files.")] = "",
+    ramp: Annotated[float, typer.Option(help="Duration of fade-in and fade-out, s.")] = 1.0,
+    settle: Annotated[
+        float, typer.Option(help="Time at full amplitude before a periodic excitation is recorded, s.")
+    ] = 0.0,
     interlock: Annotated[
         list[str] | None,
         typer.Option(
             metavar="CHANNEL:LOW:HIGH:ACTION[:DELAY_S[:MARGIN[:RELEASE_S]]]",
-            help="What must stay between two values (SI) or else: indicate, hold or stop.",
+            help="A channel and its limits (SI), and the action outside them: indicate, hold or stop.",
         ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the run files as JSON.")] = False,
 ) -> None:
     """Stream excitation files or plans to the rig and capture one run file for each test.
 
-    Ctrl-C stops the rig within its own limits, closes the run file as 'aborted', and ends. Ctrl-Z holds: the rig comes
-    to rest under power; Ctrl-Z again resumes, and no sample is lost or doubled. A plan's warm-up is played, and not
+    Ctrl-C stops the rig within its limits, closes the run file as 'aborted', and ends. Ctrl-Z holds: the rig comes to
+    rest under power. Ctrl-Z again resumes; no sample is lost or repeated. The warm-up of a plan is played, and not
     recorded, while the damper is too cold for the next test.
 
     Example: damper-rig run multisine.h5 plan.toml --rig modbus://127.0.0.1:5020 -o runs

@@ -47,7 +47,7 @@ def read_any(path: Path) -> Run:
 
 
 def write_any(path: Path, run: Run) -> None:
-    """Write a run whole or not at all; the ending, .h5, .csv or .mat, says the format."""
+    """Write a run whole or not at all; the ending, .h5, .csv or .mat, sets the format."""
     writer = _by_ending(path, {".h5": write_run, ".csv": _write_csv, ".mat": _write_mat})
     if not path.parent.is_dir():
         raise InputError(f"{path}: the folder {path.parent} does not exist: make it first")
@@ -104,7 +104,7 @@ def _run(properties: Mapping[str, str], channels: Mapping[str, NDArray[np.float6
 
 
 def _write_csv(path: Path, run: Run) -> None:
-    """A column for each channel; the two last columns hold what columns of samples cannot say."""
+    """A column for each channel; the last two columns hold the properties of the run."""
     names = list(run.channels)
     columns = [run.channels[name].tolist() for name in names]
     with written_whole(path, RunFileError) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
@@ -127,7 +127,7 @@ def _read_csv(path: Path) -> Run:
         raise InputError(f"{path}: line 1: a run's columns are {_TIME!r}, the channels, 'property' and 'value'")
     for line, row in enumerate(table, start=2):
         if len(row) != len(header):
-            raise InputError(f"{path}: line {line} has {len(row)} fields: {len(header)} are due")
+            raise InputError(f"{path}: line {line} has {len(row)} fields: it must have {len(header)}")
     heads = [_channel_head(path, head) for head in header[1:-2]]
     channels = {name: _numbers(path, table, k, name) for k, (name, _) in enumerate(heads, start=1)}
     properties = {row[-2]: row[-1] for row in table if row[-2]}

@@ -1,4 +1,4 @@
-"""``damper-rig score``: how far a simulated force is from the measured one."""
+"""``damper-rig score``: the error of a simulated force against the measured one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["score"]
 def score(
     run: Annotated[Path, typer.Argument(metavar="OUT.h5", help="A run with force and force_simulated.")],
 ) -> None:
-    """The error figures of force_simulated against force, as JSON.
+    """Print the error measures of force_simulated against force as JSON.
 
     Example: damper-rig score simulated.h5
     """

@@ -1,4 +1,4 @@
-"""``damper-rig sim``: the simulated rig as a process of its own."""
+"""``damper-rig sim``: the simulated rig in a process of its own."""
 
 from __future__ import annotations
 
@@ -14,34 +14,33 @@ def sim(
     listen: Annotated[
         str,
         typer.Option(
-            help="Where to listen: modbus://HOST:PORT (port 0 takes a free one) or can://loopback/NAME?fd=true."
+            help="Where to listen: modbus://HOST:PORT (port 0 chooses a free port) or can://loopback/NAME?fd=true."
         ),
     ],
-    specimen: Annotated[str, typer.Option(help="The damper in the rig.")] = "semi-active",
+    specimen: Annotated[str, typer.Option(help="Specimen in the rig.")] = "semi-active",
     hide: Annotated[
-        list[str] | None, typer.Option(help="An effect that the damper has; 'random' draws one by the seed.")
+        list[str] | None, typer.Option(help="An effect to hide in the specimen; 'random': one chosen by the seed.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the noise and of what is drawn.")] = 1,
-    speed: Annotated[float, typer.Option(help="How many times faster than real time the rig's clock runs.")] = 1.0,
-    reveal: Annotated[
-        Path | None, typer.Option(metavar="FILE.json", help="Write there what is hidden; nobody is told otherwise.")
-    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the noise and of the random effects.")] = 1,
+    speed: Annotated[float, typer.Option(help="Speed of the rig's clock, relative to real time.")] = 1.0,
+    reveal: Annotated[Path | None, typer.Option(metavar="FILE.json", help="Write what is hidden to this file.")] = None,
     fault: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME[@SECONDS][:VALUE]",
-            help="What goes wrong, and when on the rig's clock after the first run began: emergency_stop@3, lost:0.01.",
+            help="A fault, for example emergency_stop@3 or lost:0.01; seconds count from the first sample of the first "
+            "run.",
         ),
     ] = None,
     skew: Annotated[
         list[str] | None,
-        typer.Option(metavar="CHANNEL=SECONDS", help="A channel whose reading is late, such as force=0.0005."),
+        typer.Option(metavar="CHANNEL=SECONDS", help="Delay of a channel in seconds, for example force=0.0005."),
     ] = None,
     with_parent: Annotated[
-        bool, typer.Option(help="End when standard input closes: when the program that started it has ended.")
+        bool, typer.Option(help="End when standard input closes, as it does when the parent process ends.")
     ] = False,
 ) -> None:
-    """Run a simulated rig until it is told to stop; prints 'ready URL' when it accepts a connection.
+    """Run a simulated rig until Ctrl-C or SIGTERM; prints 'ready URL' when it accepts connections.
 
     Example: damper-rig sim --listen modbus://127.0.0.1:5020 --hide coulomb_friction --speed 20
     """

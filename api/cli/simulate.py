@@ -1,4 +1,4 @@
-"""``damper-rig simulate``: the force that a model gives for a run's inputs."""
+"""``damper-rig simulate``: the force of a model for the inputs of a run."""
 
 from __future__ import annotations
 
@@ -14,17 +14,19 @@ __all__ = ["simulate"]
 
 def simulate(
     model: Annotated[Path, typer.Argument(metavar="MODEL", help="The model: .json or .fmu.")],
-    run: Annotated[Path, typer.Argument(metavar="RUN.h5", help="The run whose inputs drive it.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN.h5", help="The run whose inputs drive the model.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="OUT.h5", help="The run with force_simulated.")],
     tolerance: Annotated[
         float | None,
-        typer.Option("--tolerance", help="Divide the samples until the solver's own error is this share of the force."),
+        typer.Option(
+            "--tolerance", help="Use smaller steps until the solver's error is below this share of the force."
+        ),
     ] = None,
     fmu_input: FmuInput = None,
     fmu_output: FmuOutput = "",
     fmu_set: FmuSet = None,
 ) -> None:
-    """Free-run simulation, from the run's inputs alone: displacement, current, temperature.
+    """Simulate a run from its inputs only: displacement, current and temperature.
 
     Example: damper-rig simulate fitted.json run.h5 -o simulated.h5
     """

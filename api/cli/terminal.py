@@ -1,4 +1,4 @@
-"""What every command shows: progress on a terminal and nowhere else, answers on standard output."""
+"""What every command shows: progress on standard error if it is a terminal, results on standard output."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ __all__ = ["ProgressBar", "answer", "existing", "messages", "progress_bar", "pro
 
 
 class ProgressBar(Protocol):
-    """Tells how far a command is."""
+    """Shows how far a command is."""
 
     def __call__(self, done: float, text: str = "") -> None: ...
 
 
 def messages() -> Console:
-    """Where messages go: standard error."""
+    """The console on standard error, for messages."""
     from rich.console import Console
 
     return Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 def progress_display() -> Progress:
-    """Bars on standard error that vanish when done; nothing where that is no terminal."""
+    """Bars on standard error that are removed at the end; none if it is not a terminal."""
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
     console = messages()
@@ -60,8 +60,8 @@ def progress_bar(text: str) -> Iterator[ProgressBar]:
 
 
 def answer(text: str, value: Any, *, as_json: bool) -> None:
-    """Print the answer of a command, for people or for programs. Any: whatever JSON can say."""
-    if as_json or text:  # a command that has made nothing says nothing
+    """Print the result of a command as text or as JSON. Any: JSON."""
+    if as_json or text:  # a command without a result prints nothing
         print(json.dumps(value) if as_json else text, file=sys.stdout)
 
 
@@ -75,7 +75,7 @@ def existing(path: Path, what: str) -> Path:
 
 
 def warn(runs: Sequence[Run]) -> None:
-    """Say on standard error what the data checks saw in runs that are about to be used."""
+    """Print what the data checks found in these runs on standard error."""
     from identification.datachecks import findings_in
 
     for finding in findings_in(runs):

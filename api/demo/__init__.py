@@ -1,1 +1,1 @@
-"""The main job end to end on one machine: what ``damper-rig demo`` does."""
+"""The demonstration, ``damper-rig demo``: the main job end to end on one machine."""

@@ -1,8 +1,10 @@
-"""The campaign of the demonstration: what a good engineer would play on an unknown semi-active damper."""
+"""The campaign of the demonstration: tests for an unknown semi-active damper."""
 
 from __future__ import annotations
 
 from typing import Any
+
+from excitation.kinds import Kind
 
 __all__ = ["campaign"]
 
@@ -10,7 +12,7 @@ SAMPLE_RATE_HZ = 1000.0
 
 
 def campaign(rig: str) -> dict[str, Any]:
-    """The body of POST /v1/campaigns, 97 s of rig time. Any: JSON."""
+    """The body of POST /v1/campaigns, 95 s of rig time. Any: JSON."""
     return {
         "name": "what is my simulation missing?",
         "rig": rig,
@@ -22,7 +24,7 @@ def campaign(rig: str) -> dict[str, Any]:
             _sine("sine 3 Hz", amplitude_m=0.015, frequency_hz=3.0, cycles=15, current_a=1.2),
             {
                 "name": "slow triangle",
-                "kind": "triangle",
+                "kind": Kind.TRIANGLE,
                 "sample_rate": SAMPLE_RATE_HZ,
                 "amplitude": 0.03,
                 "frequency": 0.2,
@@ -32,7 +34,7 @@ def campaign(rig: str) -> dict[str, Any]:
             },
             {
                 "name": "current steps",
-                "kind": "steps",
+                "kind": Kind.STEPS,
                 "sample_rate": SAMPLE_RATE_HZ,
                 "amplitude": 0.03,
                 "frequency": 1.25,
@@ -50,7 +52,7 @@ def campaign(rig: str) -> dict[str, Any]:
 def _multisine(name: str, *, seed: int, level: float, periods: int, held_out: bool = False) -> dict[str, Any]:
     return {
         "name": name,
-        "kind": "multisine",
+        "kind": Kind.MULTISINE,
         "held_out": held_out,
         "sample_rate": SAMPLE_RATE_HZ,
         "period_samples": 4096,
@@ -80,7 +82,7 @@ def _sine(
 ) -> dict[str, Any]:
     return {
         "name": name,
-        "kind": "sine",
+        "kind": Kind.SINE,
         "held_out": held_out,
         "sample_rate": SAMPLE_RATE_HZ,
         "amplitude": amplitude_m,

@@ -1,4 +1,4 @@
-"""The demonstration as a client of the service: it asks over HTTP, like any other program."""
+"""The demonstration as a client of the service over HTTP."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Client:
     """Campaigns over HTTP; every call ends by its deadline with an answer or ProcessError. Any: JSON."""
 
     def __init__(self, base_url: str) -> None:
-        # trust_env: a proxy of the surroundings has nothing to say about a service on this machine
+        # trust_env: a service on this machine is not reached through a proxy
         self._http = httpx.Client(base_url=base_url, timeout=CALL_S, trust_env=False)
 
     def close(self) -> None:
@@ -33,7 +33,7 @@ class Client:
         return self._json("POST", "/v1/campaigns", body)
 
     def follow(self, campaign_id: str, *, within_s: float, tell: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
-        """The campaign when it has ended; an interruption on the way aborts it and waits for the rig."""
+        """The campaign when it has ended; an interruption aborts it and waits for the rig."""
         try:
             return self._until_ended(campaign_id, within_s, tell)
         except BaseException:
@@ -60,7 +60,7 @@ class Client:
         raise ProcessError(f"the campaign has not ended within {within_s:g} s")
 
     def _abort(self, campaign_id: str) -> None:
-        """Ask for the rig's stop; where even that fails, the end of the service stops the rig."""
+        """Stop the rig; if that fails too, the end of the service stops it."""
         try:
             self._call("POST", f"/v1/campaigns/{campaign_id}/abort")
             self._until_ended(campaign_id, 10.0, lambda campaign: None)

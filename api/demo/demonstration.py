@@ -1,4 +1,4 @@
-"""The seven steps of the demonstration, each through real processes, a real wire and real files."""
+"""The steps of the demonstration, each with real processes, a real connection and real files."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ DATA = Path(__file__).parent / "data"
 SPECIMEN = "semi-active"
 SPEED = 20.0
 CAMPAIGN_S = 170.0
-MARK = ".damper-rig-demo"  # the folder is ours: what an earlier demonstration left in it may go
+MARK = ".damper-rig-demo"  # marks a folder whose files a new demonstration may remove
 MADE = ("runs", "service", "rig", "real", "report.html", "sim.log", "service.log")
 REAL_HELD_OUT = ("ensaio_A_4", "ensaio_A_8")
 
 
 class Bar(Protocol):
-    """Moves the bar of a name to a share of its whole; ``text``: what is being done."""
+    """Sets the bar of a name to the share done, 0 … 1; ``text`` describes the step."""
 
     def __call__(self, name: str, done: float, text: str = "") -> None: ...
 
 
 class Show(Protocol):
-    """Where the demonstration tells how far it is."""
+    """Shows the progress of the demonstration."""
 
     def step(self, number: int, text: str) -> None: ...
 
@@ -50,7 +50,7 @@ class Show(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Asked:
-    """What the demonstration is asked for. ``effect`` empty: one is drawn by the seed."""
+    """Options of the demonstration. An empty ``effect``: the seed selects one."""
 
     output: Path
     seed: int
@@ -63,7 +63,7 @@ class Asked:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """One explained gap: the report's data and where the report lies. Any: JSON."""
+    """One explained gap: the report's data and its folder. Any: JSON."""
 
     title: str
     report: Mapping[str, Any]
@@ -73,7 +73,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Demonstration:
-    """What came of it. ``truth``: the effects that were hidden, told only now."""
+    """The results. ``truth``: the effects that were hidden, read only at the end."""
 
     asked: Asked
     campaign: Mapping[str, Any]
@@ -87,16 +87,16 @@ class Demonstration:
 
 
 def demonstrate(asked: Asked, show: Show) -> Demonstration:
-    """Do all of it.
+    """Run all steps.
 
-    Raises InputError, SpecimenError for what cannot be asked, ProcessError where a process fails. Whatever
-    happens, also an interruption: the rig is safe and every process has ended when this returns or raises.
+    Raises InputError or SpecimenError for options that cannot be used, ProcessError where a process fails. When this
+    returns or raises, also after an interruption, the rig is safe and every process has ended.
     """
     draw(SPECIMEN, (asked.hidden,), asked.seed)  # refuses an effect or a seed before anything starts
-    out = prepared(asked.output)
-    show.say(f"Demonstration with seed {asked.seed}, everything it makes goes to {asked.output}")
+    out = prepare_output(asked.output)
+    show.say(f"Demonstration with seed {asked.seed}, output folder {asked.output}")
     played, paths = _measure(asked, out, show)
-    show.step(5, "Fit the base model, explain the gap, check on runs that no fit has seen")
+    show.step(5, "Fit the base model, explain the gap, check on held-out runs")
     rig = _explain(
         "Simulated rig",
         DATA / "semi_active_as_simulated.json",
@@ -112,8 +112,8 @@ def demonstrate(asked: Asked, show: Show) -> Demonstration:
     return Demonstration(asked=asked, campaign=played, rig=rig, real=real, truth=truth)
 
 
-def prepared(output: Path) -> Path:
-    """The output folder, empty but for its mark; raises InputError where it holds anything of somebody else."""
+def prepare_output(output: Path) -> Path:
+    """The output folder, emptied except for its mark; raises InputError where it contains other files."""
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -132,7 +132,7 @@ def prepared(output: Path) -> Path:
 
 
 def _measure(asked: Asked, out: Path, show: Show) -> tuple[dict[str, Any], list[tuple[Path, bool]]]:
-    """Steps 1 to 4: the campaign as it ended, and its run files with whether they are held out."""
+    """Steps 1 to 4: the campaign at its end, and its run files with whether they are held out."""
     with _processes(asked, out, show) as (rig_url, service_url):
         client = Client(service_url)
         try:
@@ -149,13 +149,13 @@ def _measure(asked: Asked, out: Path, show: Show) -> tuple[dict[str, Any], list[
 
 @contextmanager
 def _processes(asked: Asked, out: Path, show: Show) -> Iterator[tuple[str, str]]:
-    """The rig and the service, both running; on the way out the service ends first: it makes the rig safe."""
-    show.step(1, "Start a simulated servo-hydraulic rig as a process of its own")
+    """The rig and the service, both running; at the end the service is stopped first: it makes the rig safe."""
+    show.step(1, "Start a simulated servo-hydraulic rig in a process of its own")
     rig_arguments = ["sim", "--listen", "modbus://127.0.0.1:0", "--specimen", SPECIMEN]
     rig_arguments += ["--hide", asked.hidden, "--seed", str(asked.seed), "--speed", f"{SPEED:g}"]
     service_arguments = ["serve", "--data", str(out / "service"), "--host", "127.0.0.1", "--port", "0"]
     service_arguments += ["--database", f"sqlite:///{out / 'service' / 'damper-rig.db'}"]
-    hidden = asked.effect or f"one effect, drawn by seed {asked.seed}"
+    hidden = asked.effect or f"one effect, selected by seed {asked.seed}"
     with Child(rig_arguments, out / "sim.log") as rig, Child(service_arguments, out / "service.log") as service:
         show.say(f"{SPECIMEN} damper at {rig.wait_until_ready(120.0)}, hidden in it: {hidden}")
         show.step(2, "Start the service")
@@ -198,11 +198,11 @@ def _fetch(client: Client, played: Mapping[str, Any], folder: Path) -> list[tupl
 def _explain(
     title: str, model: Path, train: Sequence[Run], held_out: Sequence[Run], folder: Path, show: Show
 ) -> Finding:
-    begun = time.monotonic()
+    started = time.monotonic()
     with show.bars() as bar:
         found = explain(read_model(model), train, held_out, on_progress=lambda text, done: bar(title, done, text))
         write_report(found, folder)
-    return Finding(title=title, report=report_data(found), folder=folder, seconds=time.monotonic() - begun)
+    return Finding(title=title, report=report_data(found), folder=folder, seconds=time.monotonic() - started)
 
 
 def _real_runs() -> tuple[list[Run], list[Run]]:

@@ -1,4 +1,4 @@
-"""The first page of the demonstration's results: what was asked, what was found, where the reports lie."""
+"""The first page of the demonstration's results: the hidden effect, the findings, links to the reports."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from api.demo.demonstration import Demonstration, Finding
 from api.errors import InputError
 from excitation.atomic import written_whole
 
-__all__ = ["gap_rows", "words_of", "write_index"]
+__all__ = ["gap_rows", "verdict_text", "write_index"]
 
 STEPS = (
     ("as_given", "as given"),
@@ -21,7 +21,7 @@ STEPS = (
 )
 
 _RIG_TEXT = (
-    "A servo-hydraulic rig with a semi-active damper, simulated in a process of its own that shares no equation with "
+    "A servo-hydraulic rig with a semi-active damper, simulated in its own process, which shares no equation with "
     "the identification. The base model lacks one effect, and its parameters are off by up to a third."
 )
 _REAL_TEXT = (
@@ -43,7 +43,7 @@ tr + tr td { border-top: 1px solid #e6eaee; }
 """
 
 
-def words_of(finding: Finding) -> str:
+def verdict_text(finding: Finding) -> str:
     """The verdict and the names in one line."""
     report = finding.report
     names = [f"{e['element']} ({e['path']} path), confidence {e['confidence']:.2f}" for e in report["effects"]]
@@ -51,7 +51,7 @@ def words_of(finding: Finding) -> str:
 
 
 def gap_rows(finding: Finding) -> list[tuple[str, float]]:
-    """The ladder of gaps on held-out runs, N rms: as given, refitted, with the named effect, noise floor."""
+    """The gaps on held-out runs, N rms: as given, refitted, with the named effect, noise floor."""
     gap = finding.report["gap"]["held_out"]
     return [(text, float(gap[key])) for key, text in STEPS]
 
@@ -66,7 +66,7 @@ def _page(demonstration: Demonstration, folder: Path) -> str:
     truth = ", ".join(demonstration.truth)
     found = ", ".join(effect["element"] for effect in demonstration.rig.report["effects"]) or "nothing"
     box = "box" if demonstration.named_right else "box wrong"
-    seed = f"Seed {demonstration.asked.seed}. " + ("" if demonstration.asked.effect else "The effect was drawn by it.")
+    seed = f"Seed {demonstration.asked.seed}. " + ("" if demonstration.asked.effect else "It selects the effect.")
     return f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>damper-rig: demonstration</title>
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>{_STYLE}</style></head><body>
@@ -83,7 +83,7 @@ def _page(demonstration: Demonstration, folder: Path) -> str:
 def _section(finding: Finding, folder: Path, text: str) -> str:
     rows = gap_rows(finding)
     most = max(value for _, value in rows) or 1.0
-    ladder = "".join(
+    gaps = "".join(
         f'<tr><td>{escape(name)}</td><td class="n">{value:.4g} N</td><td class="w"><div class="bar'
         f'{" noise" if name == "noise floor" else ""}" style="width:{100 * value / most:.2f}%"></div></td></tr>'
         for name, value in rows
@@ -93,8 +93,8 @@ def _section(finding: Finding, folder: Path, text: str) -> str:
     link = escape((finding.folder / "report.html").relative_to(folder).as_posix())
     effects = "".join(f"<li>{_effect(effect)}</li>" for effect in finding.report["effects"])
     return f"""<h2>{escape(finding.title)}</h2><p>{escape(text)}</p>
-<p><strong>{escape(words_of(finding))}</strong></p><ul>{effects}</ul>
-<p>Measured minus simulated force on runs that no fit has seen, rms:</p><table>{ladder}</table>
+<p><strong>{escape(verdict_text(finding))}</strong></p><ul>{effects}</ul>
+<p>Measured minus simulated force on runs that no fit has seen, rms:</p><table>{gaps}</table>
 <p>{share}<a class="report" href="{link}">The full report</a>
 <span class="hint">({finding.seconds:.1f} s of computing)</span></p>"""
 
@@ -116,5 +116,5 @@ def _tests(campaign: Mapping[str, Any]) -> str:
     return (
         "<table><thead><tr><th>Test</th><th>Kind</th><th>Use</th><th class='n'>Rig time</th>"
         f"<th class='n'>Samples</th></tr></thead>{rows}</table>"
-        "<p class='hint'>The run files lie in <code>runs/</code>, the service's store in <code>service/</code>.</p>"
+        "<p class='hint'>The run files are in <code>runs/</code>, the service's store in <code>service/</code>.</p>"
     )

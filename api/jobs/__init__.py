@@ -1,1 +1,1 @@
-"""Jobs: work on captured runs, each in a process of its own; one file a kind."""
+"""Jobs: work on captured runs, each in a process of its own; one file for each kind."""

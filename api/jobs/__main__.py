@@ -1,7 +1,8 @@
-"""The process of a job: ``python -m api.jobs``, its task a line of JSON on standard input.
+"""The process of a job, ``python -m api.jobs``; its task is a line of JSON on standard input.
 
-It answers with lines of JSON: ``{"done": 0.4, "text": "…"}`` on the way, then ``{"result": {…}}``, ``{"refused": "…"}``
-where its input can't be used, or ``{"failed": "…"}``. It ends when standard input closes: when the service has died.
+It writes lines of JSON: ``{"done": 0.4, "text": "…"}`` for progress, then ``{"result": {…}}``, ``{"refused": "…"}``
+where its input cannot be used, or ``{"failed": "…"}``. It ends when standard input closes, as it does when the service
+dies.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ _NICE = 10  # lower priority than rig control
 
 
 def main() -> int:
-    """Do the task; 0 where there is an answer, whatever it is."""
+    """Do the task and write its result or its error; returns 0."""
     from api.errors import one_line, outcome_of
     from api.processes.parent import end_with_parent
 
@@ -28,7 +29,7 @@ def main() -> int:
     end_with_parent()
     try:
         _say({"result": _do(given)})
-    except Exception as error:  # noqa: BLE001 - the last frame of this process: the service reports what it was
+    except Exception as error:  # noqa: BLE001 - the last handler: the service reports any error
         outcome = outcome_of(error)
         if outcome is not None and outcome.http_status < 500:
             _say({"refused": one_line(error)})
@@ -38,7 +39,7 @@ def main() -> int:
 
 
 def _do(given: dict[str, Any]) -> dict[str, Any]:
-    # Any: JSON, made by api.jobs.process and nobody else
+    # Any: JSON, made by api.jobs.process
     from api.jobs.kind import Task
     from api.jobs.kinds import find_kind
     from identification.compute import chosen
@@ -65,4 +66,4 @@ def _say(line: dict[str, Any]) -> None:
 if __name__ == "__main__":
     status = main()
     sys.stdout.flush()
-    os._exit(status)  # the thread that waits for the parent's end must not hold this one up
+    os._exit(status)  # does not wait for the thread that watches the parent

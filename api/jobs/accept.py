@@ -1,4 +1,4 @@
-"""From a request to a job in the store: its runs found, its input checked in a process."""
+"""From a request to a job in the store: finds its runs and checks its input in a process."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from api.store.runs import RunStore
 
 __all__ = ["accept"]
 
-_ONE_AT_A_TIME = Lock()  # a check keeps a processor busy for a second: many at once would slow down rig control
+_ONE_AT_A_TIME = Lock()  # a check uses a processor for a second: several at once would slow down rig control
 
 
 def accept(request: Request, *, campaigns: CampaignStore, runs: RunStore, jobs: JobStore) -> Job:
-    """Accept a job; raises NotFound, InputError, DataError or RunFileError, and then nothing is kept."""
+    """Accept a job; raises NotFound, InputError, DataError or RunFileError, and then nothing is stored."""
     training, held_out = find_runs(runs, request)
     kept = {**request.options, "runs": training, "held_out": held_out}
     paths = runs.paths(training), runs.paths(held_out)

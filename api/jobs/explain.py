@@ -21,10 +21,10 @@ __all__ = ["EXPLAIN", "ExplainRequest"]
 
 @dataclass(frozen=True, kw_only=True)
 class ExplainRequest:
-    """Name what a model lacks, from the runs of one specimen.
+    """Name what a model is missing, from the runs of one specimen.
 
     The runs are those of a ``campaign``, all complete ones of a ``rig`` (of one ``specimen``, where it is given), or
-    ``runs`` and ``held_out`` by their ids. ``simulated``: no model, the runs hold a channel force_simulated.
+    ``runs`` and ``held_out`` by their ids. ``simulated``: no model; the runs contain a channel force_simulated.
 
     Raises InputError or ModelError: one line.
     """
@@ -44,7 +44,7 @@ class ExplainRequest:
     def __post_init__(self) -> None:
         check_choice(self)
         if self.simulated == (self.model is not None):
-            raise InputError("give either a model, or simulated: true where the runs hold a channel force_simulated")
+            raise InputError("give either a model, or simulated: true where the runs contain a channel force_simulated")
         if self.model is not None:
             check_model(self.model)
 
@@ -87,7 +87,7 @@ def _read(task: Task) -> tuple[Model | None, Sequence[Run], Sequence[Run] | None
 
 
 def _command(request: Mapping[str, Any]) -> str:
-    """The command that makes the report again from the files that the service gives out."""
+    """The command that repeats the explanation with the files of the service."""
     runs, held_out = (" ".join(f"{name}.h5" for name in request[key]) for key in ("runs", "held_out"))
     model = "--simulated" if request["model"] is None else "MODEL.json"
     return f"damper-rig explain {model} {runs}{f' --held-out {held_out}' if held_out else ''} -o report"

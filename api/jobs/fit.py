@@ -24,8 +24,8 @@ _MOST_STARTS = 100
 class FitRequest:
     """Fit the free parameters of a model to the training runs of a campaign, of a rig, or to ``runs`` by their ids.
 
-    ``starts``: begin at as many places, keep the best. ``robust``: the Huber threshold, in noise standard deviations.
-    ``refine``: let friction build up and hysteresis turn over gently, where the runs show it.
+    ``starts``: number of starts; the best fit is kept. ``robust``: the Huber threshold, in noise standard deviations.
+    ``refine``: fit smooth forms of friction and hysteresis where the runs show them.
 
     Raises InputError or ModelError: one line.
     """
@@ -102,7 +102,7 @@ def _read(task: Task) -> tuple[Model, list[Run]]:
     from rigctl.runfile import read_run
 
     model = model_from_json(task.request["model"], only=("physical",))
-    assert isinstance(model, Model)  # the only kind that was asked for
+    assert isinstance(model, Model)  # by `only`
     return model, [read_run(path) for path in task.runs]
 
 

@@ -1,4 +1,4 @@
-"""What a worker writes of the job that it runs: only under the lease of the job, so that no two run the same."""
+"""Writes of the worker of a job, only under the lease of the job, so that no two workers run one job."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from api.store.tables import jobs
 
 __all__ = ["LEFT_OPEN", "HeldJob", "close_left_open", "take_next"]
 
-LEFT_OPEN = "the service that worked on it gave no sign of life in time: ask for it again"
+LEFT_OPEN = "the service that ran it did not renew its lease in time: submit it again"
 
 
 def take_next(database: Database, owner: str, lease_s: float) -> HeldJob | None:
-    """The job that has waited longest, now running in the hands of ``owner``; None where none waits."""
+    """The job that has waited longest, now held by ``owner`` and running; None where none waits."""
     waiting = select(jobs.c.id).where(jobs.c.state == JobState.ACCEPTED).order_by(jobs.c.number).limit(1)
-    with database.reading() as connection:  # most often there is none, and readers wait for nobody
+    with database.reading() as connection:  # most often there is none, and a reader does not wait for a lock
         if connection.scalar(waiting) is None:
             return None
     with database.writing() as connection:
@@ -37,15 +37,15 @@ def take_next(database: Database, owner: str, lease_s: float) -> HeldJob | None:
 
 
 def close_left_open(database: Database, owner: str) -> None:
-    """End as failed what runs in the store though the worker that ran it is dead."""
+    """End the jobs as failed that the store has as running although their worker has died."""
     resource = literal(job_resource(""), String) + jobs.c.id
     dead = select(jobs.c.id).where(jobs.c.state == JobState.RUNNING, ~is_held(resource))
     with database.reading() as connection:
         found = connection.scalars(dead).all()
     for job_id in found:
         with database.writing() as connection:
-            lease = acquire(connection, job_resource(job_id), owner, 1.0)  # s: nobody waits for it
-            if lease is None:  # it was alive after all
+            lease = acquire(connection, job_resource(job_id), owner, 1.0)  # s: only for this transaction
+            if lease is None:  # its worker is alive
                 continue
             if read_job(connection, job_id).state is JobState.RUNNING:
                 end_job(connection, job_id, JobState.FAILED, LEFT_OPEN)
@@ -53,9 +53,9 @@ def close_left_open(database: Database, owner: str) -> None:
 
 
 class HeldJob:
-    """A job in the hands of the one worker that runs it.
+    """A job, for the one worker that runs it.
 
-    Every call renews its lease, and raises LeaseLost where another has taken it: nothing is written then.
+    Every call renews its lease. It raises LeaseLost, and writes nothing, where another worker has taken the job.
     """
 
     def __init__(self, database: Database, job: Job, lease: Lease) -> None:
@@ -64,20 +64,20 @@ class HeldJob:
         self._database = database
 
     def progress(self, phase: str, done: float) -> str | None:
-        """Write down how far it is; the reason where somebody has asked for its end."""
+        """Store the progress; returns the reason where a cancellation was requested."""
         with writing_as_holder(self._database, self.lease) as connection:
             set_job(connection, self.job.id, phase=phase, done=done)
             return connection.scalar(select(jobs.c.cancel_reason).where(jobs.c.id == self.job.id))
 
     def end(self, state: JobState, reason: str = "", *, result: Mapping[str, Any] | None = None) -> None:
-        """How it ended. Any: JSON."""
+        """Store how it ended. Any: JSON."""
         with writing_as_holder(self._database, self.lease) as connection:
             set_job(connection, self.job.id, result=dict(result or {}))
             end_job(connection, self.job.id, state, reason)
             release(connection, self.lease)
 
     def give_back(self) -> None:
-        """Let another service, or this one when it is up again, begin it anew."""
+        """Return it to the queue, so that this service or another starts it again."""
         with writing_as_holder(self._database, self.lease) as connection:
             set_job(connection, self.job.id, state=JobState.ACCEPTED, phase="", done=0.0, started_at_s=None)
             release(connection, self.lease)

@@ -1,4 +1,4 @@
-"""What a kind of job consists of: a request, a check at submission, the work in a process, the files of a result."""
+"""A kind of job: its request, its check at submission, its work in a process, the files of its result."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Progress = Callable[[float, str], None]  # share done, 0 … 1, and what is bein
 
 
 class Request(RunChoice, Protocol):
-    """A body of POST /v1/jobs: a frozen dataclass that refuses to exist when it is wrong."""
+    """A body of POST /v1/jobs: a frozen dataclass that is checked when it is made."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]  # Any: as dataclasses type it themselves
 
@@ -23,15 +23,15 @@ class Request(RunChoice, Protocol):
     def kind(self) -> str: ...
 
     @property
-    def title(self) -> str: ...  # what the job is called where no name is given
+    def title(self) -> str: ...  # the name of the job where none is given
 
     @property
-    def options(self) -> dict[str, Any]: ...  # JSON: what the store keeps of it beside the ids of the runs
+    def options(self) -> dict[str, Any]: ...  # JSON: stored with the ids of the runs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """What the process of a job is given."""
+    """The input of the process of a job."""
 
     request: Mapping[str, Any]  # JSON: as the store keeps it
     runs: tuple[Path, ...]
@@ -45,5 +45,5 @@ class Kind:
     name: str
     request: type[Request]
     files: Mapping[str, str]  # the names of a result's files, with their media types
-    check: Callable[[Task], None]  # raises what the command line would refuse, before the job is accepted
+    check: Callable[[Task], None]  # raises the errors of the command line, before the job is accepted
     run: Callable[[Task, Path, Progress], dict[str, Any]]  # writes the files into a folder; returns the figures, JSON

@@ -1,4 +1,4 @@
-"""The option ``model`` of a request: the JSON of a model file."""
+"""A model in a request: the JSON of a model file."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from identification.models import model_from_json
 __all__ = ["check_model", "model_name"]
 
 
-def check_model(model: Mapping[str, Any]) -> None:
-    """Raise ModelError where it is not a model. Any: JSON that somebody sent."""
+def check_model(model: Mapping[str, Any], *, where: str = "model") -> None:
+    """Raise ModelError where it is not a model; ``where`` it stands in the request. Any: JSON of the request."""
     try:
         model_from_json(model)
     except ModelError as error:
-        raise ModelError(f"model: {error}") from error
+        raise ModelError(f"{where}: {error}") from error
 
 
 def model_name(model: Mapping[str, Any]) -> str:
-    """What it calls itself."""
+    """The name in the model."""
     return str(model.get("name") or "the given model")

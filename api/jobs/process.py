@@ -1,4 +1,4 @@
-"""The process of a job, seen from the service: started, followed, and always ended."""
+"""The process of a job, as the service starts, follows and ends it."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ _END_S = 5.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:
-    """What a process said last: the figures of its result, or in one line why there is none. Any: JSON."""
+    """The last line of a process: the figures of its result, or why there is none, in one line. Any: JSON."""
 
     result: Mapping[str, Any] = field(default_factory=dict)
     failure: str = ""
-    refused: bool = False  # the failure is one of the input
+    refused: bool = False  # the input was refused
 
 
 class JobProcess:
     """One job in a process of its own; it ends when this process dies. ``progress`` is (share done, phase).
 
-    With ``folder`` None it only checks whether the input would be refused.
+    With ``folder`` None it only checks the input.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class JobProcess:
         folder: Path | None,
     ) -> None:
         self.progress = (0.0, "starting")
-        self._last: dict[str, Any] = {}  # any JSON that the process says last
+        self._last: dict[str, Any] = {}  # any JSON: the last line of the process
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "api.jobs"],
             stdin=subprocess.PIPE,
@@ -87,7 +87,7 @@ class JobProcess:
         return self._process.pid
 
     def ended(self, within_s: float) -> bool:
-        """Whether it has ended, after waiting for it at most so long."""
+        """Whether it has ended, after waiting for at most ``within_s``."""
         try:
             self._process.wait(within_s)
         except subprocess.TimeoutExpired:
@@ -96,7 +96,7 @@ class JobProcess:
         return True
 
     def answer(self) -> Answer:
-        """What it answered; call it when it has ended."""
+        """The result of the process; call it after the process has ended."""
         match self._last:
             case {"result": result}:
                 return Answer(result=result)
@@ -110,7 +110,7 @@ class JobProcess:
         if self._process.poll() is not None:
             return
         if hasattr(os, "killpg"):
-            os.killpg(self._process.pid, signal.SIGKILL)  # with every process that it has started
+            os.killpg(self._process.pid, signal.SIGKILL)  # with every process that it started
         else:
             self._process.kill()
 

@@ -1,4 +1,4 @@
-"""What the store knows of a job."""
+"""A job as the store has it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class JobState(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """Work on runs: what was asked for, how far it is, and how it ended. Times are seconds since 1970, UTC."""
+    """Work on runs: its request, its progress and its result. Times are seconds since 1970, UTC."""
 
     number: int  # the order of acceptance
     id: str
@@ -30,7 +30,7 @@ class Job:
     name: str
     campaign_id: str  # empty: the runs are not those of one campaign
     request: Mapping[str, Any]  # JSON: the ids of the runs and the options of the kind
-    result: Mapping[str, Any]  # JSON: what it came to in figures; empty unless it is done
+    result: Mapping[str, Any]  # JSON: the figures of its result; empty unless it is done
     state: JobState
     phase: str
     done: float  # 0 … 1
@@ -38,7 +38,7 @@ class Job:
     created_at_s: float
     started_at_s: float | None
     ended_at_s: float | None
-    removed_at_s: float | None  # when the files of its result were removed for their age
+    removed_at_s: float | None  # when the files of its result were removed
 
     @property
     def runs(self) -> tuple[str, ...]:
@@ -47,7 +47,7 @@ class Job:
 
     @property
     def held_out(self) -> tuple[str, ...]:
-        """Ids of the runs that no fit may see."""
+        """Ids of the runs that are not used for fitting."""
         return tuple(self.request["held_out"])
 
     @property

@@ -1,4 +1,4 @@
-"""The files of results: where they are kept, and for how long; the only place that knows."""
+"""The files of results: where they are kept, and for how long."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ class Results:
             raise Conflict(f"{noun} {job.id} is {job.state}{why}: only one that is done has {name}")
         path = self.folder(job.id) / name
         if not path.is_file():
-            raise NotFound(f"{name} of {noun} {job.id} is gone from the results: ask for it again")
+            raise NotFound(f"{name} of {noun} {job.id} is no longer among the results: submit it again")
         return path
 
     def remove(self, job_id: str) -> None:
-        """Remove what is there of a result; silent where there is nothing."""
+        """Remove the files of a result; no error if there are none."""
         rmtree(self.folder(job_id), ignore_errors=True)
 
 
 def remove_old_results(jobs: JobStore, results: Results, *, keep_s: float) -> int:
-    """Remove the files of every job that ended longer ago than that; its record stays. Returns how many."""
+    """Remove the files of every job that ended longer ago than ``keep_s``; its record stays. Returns how many."""
     old = jobs.with_files_older_than(keep_s)
     for job_id in old:
         results.remove(job_id)

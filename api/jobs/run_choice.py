@@ -15,7 +15,7 @@ _SOURCES = ("campaign", "rig", "runs")
 
 
 class RunChoice(Protocol):
-    """What every request says: the runs of a campaign, of a rig (and there of one specimen), or of these ids."""
+    """The runs in a request: those of a campaign, of a rig (where given, of one specimen), or with these ids."""
 
     @property
     def name(self) -> str: ...  # of the job; may be empty, like every text
@@ -37,7 +37,7 @@ class RunChoice(Protocol):
 
 
 def check_choice(chosen: RunChoice) -> None:
-    """Raise InputError where the runs come from nowhere, or from more than one place."""
+    """Raise InputError where no source of runs is given, or more than one."""
     for key in ("name", "campaign", "rig", "specimen"):
         if getattr(chosen, key):
             check_text(key, getattr(chosen, key), 500 if key == "rig" else 200)
@@ -47,7 +47,7 @@ def check_choice(chosen: RunChoice) -> None:
     if len(given) > 1:
         raise InputError(f"{' and '.join(given)} are given: the runs come from one of them")
     if chosen.held_out and not chosen.runs:
-        raise InputError("held_out goes with runs: those of a campaign or a rig are told apart by their tests")
+        raise InputError("held_out goes with runs: the tests of a campaign state which of its runs are held out")
     if chosen.specimen and not chosen.rig:
         raise InputError("specimen goes with rig: it chooses among the runs of a rig")
     count = len(chosen.runs) + len(chosen.held_out)

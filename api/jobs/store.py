@@ -1,4 +1,4 @@
-"""Jobs in the store: accepted, listed, cancelled; what a worker writes of the one that it runs is in ``held_job``."""
+"""Jobs in the store: accepted, listed, cancelled. The writes of a worker are in ``held_job``."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class JobStore:
         self._database, self._kind, self._noun = database, kind, noun
 
     def create(self, *, kind: str, name: str, campaign_id: str, request: Mapping[str, Any]) -> Job:
-        """Accept a job: from now on it is never lost. Any: JSON."""
+        """Store a new job. Any: JSON."""
         row = insert(jobs).values(
             id=uuid4().hex,
             kind=kind,
@@ -63,7 +63,7 @@ class JobStore:
             return tuple(_job(row) for row in connection.execute(query))
 
     def cancel(self, job_id: str, reason: str) -> Job:
-        """Ask for its end: at once where it waits, by its worker where it runs.
+        """Cancel a job: at once where it waits, by its worker where it runs.
 
         Raises NotFound, and Conflict where it has ended in another way.
         """
@@ -75,17 +75,17 @@ class JobStore:
                 case JobState.RUNNING:
                     set_job(connection, job_id, cancel_reason=reason)
                 case JobState.DONE | JobState.FAILED:
-                    raise Conflict(f"{self._noun} {job_id} is {job.state}: it can be cancelled no more")
+                    raise Conflict(f"{self._noun} {job_id} is {job.state}: it can no longer be cancelled")
             return read_job(connection, job_id)
 
     def with_files_older_than(self, age_s: float) -> tuple[str, ...]:
-        """Ids of the jobs that ended so long ago and whose files are still there."""
+        """Ids of the jobs that ended longer ago than ``age_s`` and still have their files."""
         old = (jobs.c.state == JobState.DONE) & jobs.c.removed_at_s.is_(None) & (jobs.c.ended_at_s < now() - age_s)
         with self._database.reading() as connection:
             return tuple(connection.scalars(select(jobs.c.id).where(old).order_by(jobs.c.number)))
 
     def files_removed(self, job_id: str) -> None:
-        """Write down that the files of its result are gone."""
+        """Store that the files of its result were removed."""
         with self._database.writing() as connection:
             set_job(connection, job_id, removed_at_s=now())
 
@@ -100,12 +100,12 @@ class JobStore:
 
 
 def job_resource(job_id: str) -> str:
-    """What a lease on a job is a lease on."""
+    """The resource of a lease on a job."""
     return f"job {job_id}"
 
 
 def read_job(connection: Connection, job_id: str) -> Job:
-    """The job of an id that is known to be there."""
+    """The job with an id that exists."""
     return _job(connection.execute(select(jobs).where(jobs.c.id == job_id)).one())
 
 
@@ -115,7 +115,7 @@ def set_job(connection: Connection, job_id: str, **values: object) -> None:
 
 
 def end_job(connection: Connection, job_id: str, state: JobState, reason: str) -> None:
-    """Close a job."""
+    """End a job."""
     done = {"done": 1.0} if state is JobState.DONE else {}
     set_job(connection, job_id, state=state, reason=reason, phase="", ended_at_s=now(), **done)
 

@@ -24,7 +24,7 @@ _REMOVE_EVERY_S = 600.0
 
 
 class JobWorker:
-    """Runs what waits, in order, as long as it lives; what a dead service left running is closed truthfully."""
+    """Runs the waiting jobs in order; jobs that a dead service left running are closed as failed."""
 
     def __init__(self, database: Database, runs: RunStore, results: Results, settings: Settings) -> None:
         self._database, self._runs, self._results, self._settings = database, runs, results, settings
@@ -36,7 +36,7 @@ class JobWorker:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the work; what was begun waits in the store for the next service."""
+        """Stop; a job that was running returns to the queue."""
         self._stop.set()
         self._thread.join(self._settings.stop_s)
 
@@ -53,11 +53,11 @@ class JobWorker:
                     self._run(held)
             except (LeaseLost, StoreError) as error:
                 LOG.error("%s", one_line(error))
-            except Exception:  # a fault of this program ends one job, never the worker
+            except Exception:  # a fault of this program ends one job, not the worker
                 LOG.exception("a job ended in a fault of this program")
 
     def _run(self, held: HeldJob) -> None:
-        """Run a job and write down how it ended; raises LeaseLost and StoreError."""
+        """Run a job and store how it ended; raises LeaseLost and StoreError."""
         job = held.job
         try:
             paths = self._runs.paths(job.runs), self._runs.paths(job.held_out)
@@ -74,7 +74,7 @@ class JobWorker:
                 return
             answer = process.answer()
         if cancelled is not None or answer.failure:
-            self._results.remove(job.id)  # what was begun of a result is none
+            self._results.remove(job.id)  # an incomplete result
         if cancelled is not None:
             held.end(JobState.CANCELLED, cancelled)
         elif answer.failure:
@@ -83,7 +83,7 @@ class JobWorker:
             held.end(JobState.DONE, result=answer.result)
 
     def _follow(self, held: HeldJob, process: JobProcess) -> str | None:
-        """Wait for the process's end; the reason where somebody asked for it before."""
+        """Wait for the end of the process; returns the reason where a cancellation was requested before."""
         seen_at = time.monotonic()
         while not process.ended(self._settings.poll_s) and not self._stop.is_set():
             done, phase = process.progress

@@ -1,1 +1,1 @@
-"""Other processes of this program: started, waited for, and ended with the one that started them."""
+"""Other processes of this program, which end with the process that started them."""

@@ -1,4 +1,4 @@
-"""Other ``damper-rig`` processes: started, waited for, and always ended."""
+"""Another ``damper-rig`` process: start, wait until ready, stop."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ __all__ = ["Child"]
 class Child:
     """A ``damper-rig sim`` or ``damper-rig serve`` in a session of its own: Ctrl-C does not reach it.
 
-    It ends by itself when this process dies, because its standard input closes then. ``url`` is known once
-    ``wait_until_ready`` returned.
+    It ends when this process dies, because its standard input closes. ``url`` is set by ``wait_until_ready``.
     """
 
     def __init__(self, arguments: Sequence[str], log: Path) -> None:
@@ -52,7 +51,7 @@ class Child:
         return self._process.pid
 
     def wait_until_ready(self, within_s: float = 60.0) -> str:
-        """The address that it serves; raises ProcessError where it ends before or says nothing in time."""
+        """The address that it serves; raises ProcessError where it ends before or is not ready in time."""
         try:
             line = self._first_line.get(timeout=within_s).decode(errors="replace").strip()
         except Empty as error:
@@ -71,7 +70,7 @@ class Child:
         self.stop()
 
     def stop(self, within_s: float = 30.0) -> int:
-        """Ask it to end and wait; killed where it does not. Returns its exit status; safe to call twice."""
+        """Terminate it and wait; kill it where it does not end in time. Returns its exit status; safe to call twice."""
         if self.running():
             self._process.terminate()
         try:
@@ -93,4 +92,4 @@ class Child:
 
     def _last_words(self) -> str:
         lines = self._log_path.read_text(errors="replace").strip().splitlines()
-        return lines[-1] if lines else f"it said nothing; see {self._log_path}"
+        return lines[-1] if lines else f"it printed nothing; see {self._log_path}"

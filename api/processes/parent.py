@@ -1,4 +1,4 @@
-"""A process that ends with the one that started it, even where that was killed."""
+"""Ends this process with its parent, even where the parent was killed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["end_with_parent"]
 
 
 def end_with_parent() -> None:
-    """Ask this process to end, as SIGTERM does, as soon as its standard input closes."""
+    """Send SIGTERM to this process as soon as its standard input closes."""
     Thread(target=_wait_for_the_end, name="parent", daemon=True).start()
 
 

@@ -1,4 +1,4 @@
-"""What the routes answer: the records of the store as JSON, times as ISO 8601 in UTC."""
+"""The answers of the routes: records of the store as JSON, times as ISO 8601 in UTC."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class _Answer(BaseModel):
 
 
 class TestAnswer(_Answer):
-    """One test and how far it is."""
+    """One test and its progress."""
 
     __test__ = False  # the name starts with "Test": pytest must not collect it
 
@@ -76,7 +76,7 @@ class CampaignSummary(_Answer):
 
 
 class EventAnswer(_Answer):
-    """One thing that happened."""
+    """One event of a campaign."""
 
     number: int
     at: str
@@ -84,7 +84,7 @@ class EventAnswer(_Answer):
 
 
 class CampaignAnswer(CampaignSummary):
-    """One campaign, whole."""
+    """One campaign with its configurations and events."""
 
     configurations: list[dict[str, JsonValue]]
     warm_up: dict[str, JsonValue] | None
@@ -93,7 +93,7 @@ class CampaignAnswer(CampaignSummary):
 
 
 class CampaignList(_Answer):
-    """Campaigns, the newest first; ``next_before`` asks for the page that follows."""
+    """Campaigns, the newest first; ``next_before`` is ``before`` of the next page."""
 
     campaigns: list[CampaignSummary]
     next_before: int | None
@@ -122,7 +122,7 @@ class RunList(_Answer):
 
 
 class RigAnswer(_Answer):
-    """One rig: who drives it and what waits for it."""
+    """One rig: its worker, its running campaign, and how many campaigns wait."""
 
     url: str
     worker: str | None
@@ -131,13 +131,13 @@ class RigAnswer(_Answer):
 
 
 class RigList(_Answer):
-    """Every rig that a campaign has named."""
+    """Every rig that a campaign names."""
 
     rigs: list[RigAnswer]
 
 
 class UploadAnswer(_Answer):
-    """A run file that came from elsewhere."""
+    """An uploaded run file."""
 
     id: str
     name: str
@@ -150,14 +150,14 @@ class UploadAnswer(_Answer):
 
 
 class EffectAnswer(_Answer):
-    """One name of a report."""
+    """One named effect of a report."""
 
     element: str
     confidence: float
 
 
 class ExplanationAnswer(_Answer):
-    """One explanation: how far it is, how it ended, where its report is."""
+    """One explanation: its progress, its result and where its files are."""
 
     number: int
     id: str
@@ -177,17 +177,18 @@ class ExplanationAnswer(_Answer):
     report: str | None
     report_html: str | None
     model: str | None
+    evidence: str | None
 
 
 class ExplanationList(_Answer):
-    """Explanations, the newest first; ``next_before`` asks for the page that follows."""
+    """Explanations, the newest first; ``next_before`` is ``before`` of the next page."""
 
     explanations: list[ExplanationAnswer]
     next_before: int | None
 
 
 class JobAnswer(_Answer):
-    """One job: how far it is, how it ended, where the files of its result are."""
+    """One job: its progress, its result and where its files are."""
 
     number: int
     id: str
@@ -208,14 +209,14 @@ class JobAnswer(_Answer):
 
 
 class JobList(_Answer):
-    """Jobs, the newest first; ``next_before`` asks for the page that follows."""
+    """Jobs, the newest first; ``next_before`` is ``before`` of the next page."""
 
     jobs: list[JobAnswer]
     next_before: int | None
 
 
 class Health(_Answer):
-    """Whether the service can do its work."""
+    """Whether the store answers."""
 
     status: str
     version: str
@@ -320,6 +321,7 @@ def explanation_answer(job: Job) -> ExplanationAnswer:
         report=f"{here}/report.json" if job.has_files else None,
         report_html=f"{here}/report.html" if job.has_files else None,
         model=f"{here}/model.json" if job.has_files else None,
+        evidence=f"{here}/evidence.h5" if job.has_files else None,
     )
 
 

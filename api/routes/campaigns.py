@@ -1,4 +1,4 @@
-"""Campaigns: ask for one, follow it, end it, fetch what it captured."""
+"""Campaigns: schedule one, follow it, end it, download its runs."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _MOST_NUMBER = 2**31 - 1
 
 @router.post("", status_code=201)
 def create(body: NewCampaign, service: ServiceDep, response: Response) -> CampaignSummary:
-    """Accept a campaign; its rig's worker plays it when those before it have ended."""
+    """Accept a campaign; it is played after the earlier campaigns of its rig."""
     campaign = service.campaigns.create(body)
     response.headers["Location"] = f"/v1/campaigns/{campaign.id}"
     return summary(campaign)
@@ -54,37 +54,37 @@ def list_campaigns(
 
 @router.get("/{campaign_id}")
 def one(campaign_id: str, service: ServiceDep) -> CampaignAnswer:
-    """One campaign with its configurations and everything that happened to it."""
+    """One campaign with its configurations and events."""
     return detail(service.campaigns.campaign(campaign_id), service.campaigns.events(campaign_id))
 
 
 @router.post("/{campaign_id}/abort", status_code=202)
 def abort(campaign_id: str, service: ServiceDep) -> CampaignSummary:
-    """Ask for its end: at once where it waits; where it runs, the rig stops within its own limits first."""
-    return summary(service.campaigns.abort(campaign_id, "an abort was asked for over HTTP"))
+    """Abort it: at once where it waits; where it runs, the rig comes to rest within its limits and powers off."""
+    return summary(service.campaigns.abort(campaign_id, "an abort was requested over HTTP"))
 
 
 @router.post("/{campaign_id}/stop", status_code=202)
 def stop(campaign_id: str, service: ServiceDep) -> CampaignSummary:
-    """Ask for its end in order: the rig comes to rest, travels back to mid-stroke without current, and powers off."""
-    return summary(service.campaigns.ask(campaign_id, Asked.STOP, "a stop was asked for over HTTP"))
+    """Stop it: the rig comes to rest, travels back to mid-stroke without current, and powers off."""
+    return summary(service.campaigns.ask(campaign_id, Asked.STOP, "a stop was requested over HTTP"))
 
 
 @router.post("/{campaign_id}/hold", status_code=202)
 def hold(campaign_id: str, service: ServiceDep) -> CampaignSummary:
-    """Ask a running one to wait: the rig comes to rest under power; between two tests it stays switched off."""
+    """Hold it: the rig comes to rest under power; between two tests it stays switched off."""
     return summary(service.campaigns.ask(campaign_id, Asked.HOLD, "over HTTP"))
 
 
 @router.post("/{campaign_id}/resume", status_code=202)
 def resume(campaign_id: str, service: ServiceDep) -> CampaignSummary:
-    """Let one that holds go on with the first sample that is not recorded yet."""
+    """Resume it with the first sample that is not recorded yet."""
     return summary(service.campaigns.ask(campaign_id, Asked.NOTHING, "over HTTP"))
 
 
 @router.get("/{campaign_id}/runs")
 def list_runs(campaign_id: str, service: ServiceDep) -> RunList:
-    """What it captured, in order."""
+    """Its captured runs, in order."""
     return RunList(runs=[answer_run(run) for run in service.runs.of_campaign(campaign_id)])
 
 
@@ -100,6 +100,6 @@ def download(campaign_id: str, run_id: str, service: ServiceDep) -> FileResponse
 def run_loops(
     campaign_id: str, run_id: str, service: ServiceDep, points: Annotated[int, Query(ge=16, le=20000)] = 2000
 ) -> dict[str, JsonValue]:
-    """Displacement, velocity and force of the run, thinned to at most so many points, for a picture."""
+    """Displacement, velocity and force of the run, reduced to at most ``points`` points, for a chart."""
     run = read_run(service.runs.path(service.runs.one(campaign_id, run_id)))
     return loops(run, points)

@@ -1,4 +1,4 @@
-"""A page of every route, made from the service's own description: it needs nothing from the web."""
+"""A page of every route, made from the OpenAPI description; it needs no network."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _route(method: str, path: str, route: dict[str, Any], types: dict[str, Any])
 
 
 def _bodies(schema: dict[str, Any], types: dict[str, Any]) -> list[str]:
-    """What a body can be: its keys and their types, one line for each kind of body."""
+    """The keys of a body with their types, one line for each kind of body."""
     refs = schema.get("oneOf", [schema] if "$ref" in schema else [])
     found = [types[ref["$ref"].rsplit("/", 1)[1]] for ref in refs]
     return ["; ".join(f"{key}: {_type(value)}" for key, value in one["properties"].items()) for one in found]

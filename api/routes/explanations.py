@@ -1,4 +1,4 @@
-"""Explanations, the jobs of kind ``explain``: ask what a simulation is missing, follow the work, fetch the report."""
+"""Explanations, the jobs of kind ``explain``: submit one, follow it, download the report."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ router = APIRouter(prefix="/v1/explanations", tags=["explanations"])
 
 @router.post("", status_code=201)
 def create(body: ExplainRequest, service: ServiceDep, response: Response) -> ExplanationAnswer:
-    """Accept a base model and runs; what the command line would refuse is refused here, in the same words."""
+    """Accept a base model and runs; refuses the same input as the command line, with the same messages."""
     job = accept(body, campaigns=service.campaigns, runs=service.runs, jobs=service.jobs)
     response.headers["Location"] = f"/v1/explanations/{job.id}"
     return explanation_answer(job)
@@ -40,14 +40,14 @@ def list_explanations(
 
 @router.get("/{explanation_id}")
 def one(explanation_id: str, service: ServiceDep) -> ExplanationAnswer:
-    """How far it is, or how it ended."""
+    """Its progress or its result."""
     return explanation_answer(service.explanations.one(explanation_id))
 
 
 @router.post("/{explanation_id}/cancel", status_code=202)
 def cancel(explanation_id: str, service: ServiceDep) -> ExplanationAnswer:
-    """Ask for its end."""
-    return explanation_answer(service.explanations.cancel(explanation_id, "a cancellation was asked for over HTTP"))
+    """Cancel it."""
+    return explanation_answer(service.explanations.cancel(explanation_id, "a cancellation was requested over HTTP"))
 
 
 @router.get("/{explanation_id}/report.json", response_class=FileResponse)
@@ -58,7 +58,7 @@ def report(explanation_id: str, service: ServiceDep) -> FileResponse:
 
 @router.get("/{explanation_id}/report.html", response_class=FileResponse)
 def page(explanation_id: str, service: ServiceDep) -> FileResponse:
-    """The same for people: one page that opens offline."""
+    """The report as one page that opens offline."""
     return _file(service, explanation_id, "report.html")
 
 
@@ -66,6 +66,12 @@ def page(explanation_id: str, service: ServiceDep) -> FileResponse:
 def model(explanation_id: str, service: ServiceDep) -> FileResponse:
     """The base model with the named effects added and everything fitted again."""
     return _file(service, explanation_id, "model.json")
+
+
+@router.get("/{explanation_id}/evidence.h5", response_class=FileResponse)
+def evidence(explanation_id: str, service: ServiceDep) -> FileResponse:
+    """The curves, maps and traces of the report: `damper-rig report` draws the page from it and report.json."""
+    return _file(service, explanation_id, "evidence.h5")
 
 
 def _file(service: Service, explanation_id: str, name: str) -> FileResponse:

@@ -1,4 +1,4 @@
-"""Health: whether the service can do its work."""
+"""Health: whether the store answers."""
 
 from __future__ import annotations
 

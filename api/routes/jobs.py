@@ -1,4 +1,4 @@
-"""Jobs of every kind: submit one, follow it, end it, fetch the files of its result."""
+"""Jobs of every kind: submit one, follow it, cancel it, download the files of its result."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 def submit(
     body: Annotated[AnyRequest, Body(discriminator="kind")], service: ServiceDep, response: Response
 ) -> JobAnswer:
-    """Accept a job; what the command line would refuse is refused here, in the same words."""
+    """Accept a job; refuses the same input as the command line, with the same messages."""
     job = accept(body, campaigns=service.campaigns, runs=service.runs, jobs=service.jobs)
     response.headers["Location"] = f"/v1/jobs/{job.id}"
     return job_answer(job)
@@ -44,19 +44,19 @@ def list_jobs(
 
 @router.get("/{job_id}")
 def one(job_id: str, service: ServiceDep) -> JobAnswer:
-    """How far it is, or how it ended."""
+    """Its progress or its result."""
     return job_answer(service.jobs.one(job_id))
 
 
 @router.post("/{job_id}/cancel", status_code=202)
 def cancel(job_id: str, service: ServiceDep) -> JobAnswer:
-    """Ask for its end."""
-    return job_answer(service.jobs.cancel(job_id, "a cancellation was asked for over HTTP"))
+    """Cancel it."""
+    return job_answer(service.jobs.cancel(job_id, "a cancellation was requested over HTTP"))
 
 
 @router.get("/{job_id}/files/{name}", response_class=FileResponse)
 def file(job_id: str, name: str, service: ServiceDep) -> FileResponse:
-    """A file of its result, as the command line writes it."""
+    """A file of its result, the same as the command line writes."""
     job = service.jobs.one(job_id)
     files = find_kind(job.kind).files
     if name not in files:

@@ -1,4 +1,4 @@
-"""What every request passes before a route sees it: a limit on its size, and where it comes from."""
+"""Checks of every request: its size and its origin."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _READS = ("GET", "HEAD", "OPTIONS")
 
 
 class BodyLimit:
-    """Refuses a body above a size with 413, whether it says its length or not.
+    """Refuses a body above ``most_bytes`` with 413, with or without a stated length.
 
-    Where a path is ``streamed`` its route counts for itself, and nothing is held in memory.
+    The routes of ``streamed`` paths limit the size themselves and hold nothing in memory.
     """
 
     def __init__(self, app: ASGIApp, most_bytes: int, streamed: tuple[str, ...] = ()) -> None:
@@ -41,7 +41,7 @@ class BodyLimit:
 
 
 def _once(body: bytes, receive: Receive) -> Receive:
-    """A receive that gives the whole body first, then what the connection says."""
+    """A receive that returns the whole body first, then the messages of the connection."""
     given = False
 
     async def next_message() -> Message:
@@ -55,7 +55,7 @@ def _once(body: bytes, receive: Receive) -> Receive:
 
 
 class SameOrigin:
-    """Refuses what another site's page asks a browser to do: nothing on the web may move a rig."""
+    """Refuses requests from pages of other sites: no page on the web may move a rig."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app

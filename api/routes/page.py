@@ -1,4 +1,4 @@
-"""The live page and what it is made of."""
+"""The live page and its files."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def page() -> FileResponse:
 
 @router.get("/static/plotly.min.js", response_class=FileResponse)
 def plotly() -> FileResponse:
-    """Plotly's JavaScript as the installed package carries it."""
+    """Plotly's JavaScript from the installed package."""
     path = Path(str(files("plotly") / "package_data" / "plotly.min.js"))
     return FileResponse(path, media_type="text/javascript", headers={"Cache-Control": "max-age=86400"})
 

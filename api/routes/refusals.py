@@ -1,4 +1,4 @@
-"""From an error to an answer of one line: ours by the table in ``api.errors``, and what pydantic finds in a body."""
+"""From an error to an answer of one line: by the table in ``api.errors``, or from pydantic's finding."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LOG = logging.getLogger("damper_rig.service")
 
 
 def answer_errors(app: FastAPI) -> None:
-    """Let the app answer every error that is not a fault of this program in one line."""
+    """Let the app answer every error in one line, except faults of this program."""
     for kind in {kind for kind, _ in OUTCOMES}:
         app.add_exception_handler(kind, _ours)
     app.add_exception_handler(RequestValidationError, _refused)
@@ -42,7 +42,7 @@ async def _http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     detail = " ".join(str(error.detail).split())
     if error.status_code in (404, 405):
-        detail = f"{request.method} {ascii(request.url.path)[1:-1]:.80}: {detail}; /docs lists what there is"
+        detail = f"{request.method} {ascii(request.url.path)[1:-1]:.80}: {detail}; /docs lists the routes"
     return JSONResponse({"detail": detail}, status_code=error.status_code, headers=error.headers)
 
 
@@ -56,14 +56,14 @@ async def _refused(request: Request, error: Exception) -> JSONResponse:
 
 
 def _keys(path: str, loc: Sequence[int | str]) -> str:
-    """The keys of the body that was meant: where a body says its kind, pydantic puts the kind into the place."""
+    """The keys of the body; where a body states its kind, pydantic puts the kind into the location."""
     kind = next((KINDS[str(part)] for part in loc if part in KINDS), EXPLAIN)
     body = NewCampaign if path.startswith("/v1/campaigns") else kind.request
     return ", ".join(key.name for key in fields(body))
 
 
 def refusal(error: dict[str, Any], count: int, known: str) -> str:
-    """One line for what pydantic found: where, the value, what would be right. Any: pydantic's own dictionary."""
+    """One line for a finding of pydantic: where, the value, what would be right. Any: pydantic's own dictionary."""
     where = _place(error["loc"])
     more = f" ({count - 1} more)" if count > 1 else ""
     if error["type"] == "json_invalid":
@@ -76,7 +76,7 @@ def refusal(error: dict[str, Any], count: int, known: str) -> str:
         return f"{where} is missing: add it{more}"
     if error["type"] in ("unexpected_keyword_argument", "extra_forbidden"):
         return f"{where} is not a known key: known are {known}{more}"
-    if error["type"] == "value_error":  # one of ours: it says everything itself
+    if error["type"] == "value_error":  # one of ours: its message is complete
         return one_line(error["ctx"]["error"])
     return f"{where} is {_shown(error['input'])}: {error['msg'].replace('Input should', 'it must', 1)}{more}"
 

@@ -1,4 +1,4 @@
-"""Rigs: who drives them and what waits for them."""
+"""Rigs: their workers and their waiting campaigns."""
 
 from __future__ import annotations
 
@@ -14,5 +14,5 @@ router = APIRouter(prefix="/v1/rigs", tags=["rigs"])
 
 @router.get("")
 def list_rigs(service: ServiceDep) -> RigList:
-    """Every rig that a campaign has named."""
+    """Every rig that a campaign names."""
     return RigList(rigs=[rig_answer(rig) for rig in service.campaigns.rigs()])

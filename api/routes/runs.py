@@ -1,4 +1,4 @@
-"""Run files from elsewhere: sent whole, as they are."""
+"""Uploaded run files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ router = APIRouter(prefix="/v1/runs", tags=["runs"])
 
 @router.post("", status_code=201)
 async def upload(request: Request, service: ServiceDep, response: Response, name: str = "run.h5") -> UploadAnswer:
-    """Keep the run file that is the body of the request; its id goes into ``runs`` of a job."""
+    """Store the run file in the body of the request; its id goes into ``runs`` of a job."""
     kept = await service.runs.receive(name, request.stream())
     response.headers["Location"] = f"/v1/runs/{kept.id}"
     return upload_answer(kept)
@@ -22,5 +22,5 @@ async def upload(request: Request, service: ServiceDep, response: Response, name
 
 @router.get("/{upload_id}")
 def one(upload_id: str, service: ServiceDep) -> UploadAnswer:
-    """What is known of an uploaded run."""
+    """The record of an uploaded run."""
     return upload_answer(service.runs.upload(upload_id))

@@ -1,4 +1,4 @@
-"""From the id by which people know a campaign to the number by which other tables refer to it."""
+"""From the id of a campaign to its number, by which other tables refer to it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The clock of the database: one for all services that share it, whatever the clocks of their hosts say."""
+"""The clock of the database: one clock for all services that share it, independent of the clocks of their hosts."""
 
 from __future__ import annotations
 

@@ -62,13 +62,13 @@ class Database:
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
-        """A connection for one consistent look at the store."""
+        """A connection for one consistent read of the store."""
         with self._translated(), self.engine.connect().execution_options(reads=True) as connection, connection.begin():
             yield connection
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
-        """A connection in one transaction: all of it is kept, or nothing."""
+        """A connection in one transaction: all of it is stored, or nothing."""
         with self._translated(), self.engine.begin() as connection:
             yield connection
 
@@ -79,7 +79,7 @@ class Database:
 
     @contextmanager
     def _translated(self) -> Iterator[None]:
-        """Foreign errors become ours, here and nowhere else."""
+        """Translate errors of SQLAlchemy into StoreError; the only place that does."""
         try:
             yield
         except SQLAlchemyError as error:
@@ -146,6 +146,6 @@ def _prepare_sqlite(connection: SqliteConnection, record: ConnectionPoolEntry) -
 
 
 def _begin_sqlite(connection: Connection) -> None:
-    # A reader that becomes a writer fails at once when another wrote meanwhile: writers say so first and wait
+    # A reader that becomes a writer fails if another wrote meanwhile: a writer therefore begins as one and waits
     reads = connection.get_execution_options().get("reads", False)
     connection.exec_driver_sql("BEGIN" if reads else "BEGIN IMMEDIATE")

@@ -1,6 +1,6 @@
-"""Leases: the right of one holder to one resource, for as long as it gives a sign of life; one code for rigs and jobs.
+"""Leases on rigs and jobs: the right of one holder to a resource, as long as the holder renews it.
 
-A lease is a row. Its holder renews it in the transaction of everything that it writes, so that two holders never write
+A lease is a row. Its holder renews it in the transaction of everything that it writes, so that no two holders write
 about one resource. Times are the database's own: the clocks of two hosts may differ.
 """
 
@@ -35,12 +35,12 @@ class Lease:
 
 
 def new_owner() -> str:
-    """A name that no other process, nor this one a second time, gives itself."""
+    """A name that is different for every call in every process."""
     return f"{socket.gethostname()}:{os.getpid()}:{uuid4().hex[:8]}"
 
 
 def acquire(connection: Connection, resource: str, owner: str, length_s: float) -> Lease | None:
-    """The lease where nobody holds it or its holder gave no sign of life in time; else None."""
+    """The lease, where nobody holds it or it has expired; else None."""
     lease = Lease(resource=resource, owner=owner, token=uuid4().hex, length_s=length_s)
     insert = postgresql.insert if connection.dialect.name == "postgresql" else sqlite.insert
     values = {"owner": owner, "token": lease.token, "expires_at_s": now() + length_s}
@@ -54,25 +54,25 @@ def acquire(connection: Connection, resource: str, owner: str, length_s: float) 
 
 
 def renew(connection: Connection, lease: Lease) -> None:
-    """Give a sign of life; the lease's row then stays locked until this transaction has ended.
+    """Extend the lease; its row then stays locked until the end of this transaction.
 
-    A lease that ran out but that nobody took is still held. Raises LeaseLost where another has taken it.
+    An expired lease that nobody took is still held. Raises LeaseLost where another worker has taken it.
     """
     values = {"expires_at_s": now() + lease.length_s}
     if connection.execute(update(leases).where(_mine(lease)).values(**values)).rowcount != 1:
-        raise LeaseLost(f"{lease.resource}: another worker holds its lease by now")
+        raise LeaseLost(f"{lease.resource}: another worker holds its lease")
 
 
 @contextmanager
 def writing_as_holder(database: Database, lease: Lease) -> Iterator[Connection]:
-    """One transaction that renews the lease first of all; raises LeaseLost, and then nothing is written."""
+    """One transaction that first renews the lease; raises LeaseLost, and then nothing is written."""
     with database.writing() as connection:
         renew(connection, lease)
         yield connection
 
 
 def release(connection: Connection, lease: Lease) -> None:
-    """Let another holder take it at once. Silent where it is lost already."""
+    """Release the lease, so that another worker can take it. No error if it is lost already."""
     connection.execute(delete(leases).where(_mine(lease)))
 
 

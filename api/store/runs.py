@@ -1,4 +1,4 @@
-"""Runs: what is known of each, and where its file is; the only place that knows where files are kept."""
+"""Runs: their records and their files; only this module knows where files are kept."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}\.h5")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRecord:
-    """What the store knows of a captured run; the samples are only in the file."""
+    """The record of a captured run; the samples are only in the file."""
 
     id: str
     campaign_id: str
@@ -46,7 +46,7 @@ class RunRecord:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Upload:
-    """A run file that came from elsewhere."""
+    """The record of an uploaded run file."""
 
     id: str
     name: str
@@ -116,13 +116,13 @@ class RunStore:
             return _records(connection, query)
 
     def paths(self, ids: Sequence[str]) -> tuple[Path, ...]:
-        """The files of captured or uploaded runs by their ids, good for one request or one job; raises NotFound."""
+        """The files of captured or uploaded runs by their ids, valid for one request or one job; raises NotFound."""
         with self._database.reading() as connection:
             locations = [_location(connection, run_id) for run_id in ids]
         return tuple(map(self._path, locations))
 
     def path(self, record: RunRecord) -> Path:
-        """The file of one run, good for one request or one job; raises NotFound where it is gone."""
+        """The file of one run, valid for one request or one job; raises NotFound where it is missing."""
         return self._path(record.location)
 
     def upload(self, upload_id: str) -> Upload:
@@ -131,14 +131,12 @@ class RunStore:
             return _upload(connection, upload_id)
 
     async def receive(self, name: str, content: AsyncIterable[bytes]) -> Upload:
-        """Keep a run file that is being sent: streamed to the disk, read whole, and kept only where it is good.
+        """Store an uploaded run file: streamed to the disk, read whole, and kept only where it is valid.
 
-        Raises InputError for its name, TooLarge, and RunFileError in the words that every reader of run files uses.
+        Raises InputError for its name, TooLarge, and RunFileError with the message of the reader of run files.
         """
         if not _NAME.fullmatch(name):
-            raise InputError(
-                f"name is {name!a:.60}: a run file is called like front-left_3.h5, of letters, digits, . _ -"
-            )
+            raise InputError(f"name is {name!a:.60}: give a name such as front-left_3.h5, of letters, digits, . _ -")
         upload_id = uuid4().hex
         folder = self._root / "uploads" / upload_id
         path = folder / name
@@ -171,18 +169,18 @@ class RunStore:
     def _path(self, location: str) -> Path:
         path = self._root / location
         if not path.is_file():
-            raise NotFound(f"a run file is gone from the run files: restore {location}")
+            raise NotFound(f"a run file is missing in the folder of run files: restore {location}")
         return path
 
 
 async def _write(path: Path, content: AsyncIterable[bytes]) -> tuple[int, str]:
-    """Write what is being sent; returns its size in bytes and its SHA-256."""
+    """Write the uploaded bytes; returns their number and their SHA-256."""
     size, digest = 0, hashlib.sha256()
     with path.open("wb") as file:
         async for part in content:
             size += len(part)
             if size > MOST_BYTES:
-                raise TooLarge(f"{path.name} is larger than {MOST_BYTES} bytes: cut the run into several")
+                raise TooLarge(f"{path.name} is larger than {MOST_BYTES} bytes: divide the run into several")
             digest.update(part)
             await asyncio.to_thread(file.write, part)
     return size, digest.hexdigest()

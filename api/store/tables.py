@@ -41,7 +41,7 @@ campaigns = Table(
     Column("state", String(16), nullable=False),
     Column("reason", Text, nullable=False),
     Column("asked", String(16), nullable=False, server_default=""),  # hold, stop or abort, while it runs
-    Column("abort_reason", Text, nullable=True),  # of a stop or an abort that was asked for while it runs
+    Column("abort_reason", Text, nullable=True),  # of a stop or an abort that was requested while it runs
     Column("created_at_s", Float, nullable=False),
     Column("started_at_s", Float, nullable=True),
     Column("ended_at_s", Float, nullable=True),
@@ -96,7 +96,7 @@ leases = Table(
     Column("resource", String(512), primary_key=True),  # for example "rig modbus://127.0.0.1:5020", "job 6f…"
     Column("owner", Text, nullable=False),
     Column("token", String(32), nullable=False),  # new with every holder
-    Column("expires_at_s", Float, nullable=False),  # without a sign of life until then its holder is dead
+    Column("expires_at_s", Float, nullable=False),  # if it is not renewed until then, its holder is dead
 )
 
 uploads = Table(
@@ -121,17 +121,17 @@ jobs = Table(
     Column("id", String(32), nullable=False, unique=True),
     Column("kind", String(32), nullable=False),
     Column("name", Text, nullable=False),
-    Column("campaign", String(32), nullable=True),  # id of the campaign whose runs they are, where they are of one
-    Column("request", JSON, nullable=False),  # what was asked for: ids of the runs, and the options of the kind
-    Column("result", JSON, nullable=False),  # what it came to in figures; the files lie in the result folder
+    Column("campaign", String(32), nullable=True),  # id of the campaign of the runs, where they are of one campaign
+    Column("request", JSON, nullable=False),  # ids of the runs, and the options of the kind
+    Column("result", JSON, nullable=False),  # the figures of the result; its files are in the result folder
     Column("state", String(16), nullable=False),
     Column("phase", Text, nullable=False),
     Column("done", Float, nullable=False),
     Column("reason", Text, nullable=False),
-    Column("cancel_reason", Text, nullable=True),  # of a cancellation that was asked for while it runs
+    Column("cancel_reason", Text, nullable=True),  # of a cancellation that was requested while it runs
     Column("created_at_s", Float, nullable=False),
     Column("started_at_s", Float, nullable=True),
     Column("ended_at_s", Float, nullable=True),
-    Column("removed_at_s", Float, nullable=True),  # when the files of its result were removed for their age
+    Column("removed_at_s", Float, nullable=True),  # when the files of its result were removed
     Index(None, "state"),
 )

@@ -24,10 +24,11 @@ from benchmarks.explain.judge import Outcome, judge
 from benchmarks.explain.outcomes import collect, executor_for_cases, read
 from benchmarks.explain.summary import CONFIDENT, expected_calibration_error
 from benchmarks.hidden import Conditions
+from identification.criteria import FORM
 from identification.discrepancy.confidence import DOUBTS, Features, Table, confidence, doubts
 from identification.discrepancy.confidence_table import PATH, table_to_json
 
-STATED = 0.4  # from this confidence on a name is stated
+STATED = FORM.min_confidence
 _PENALTY = 1.0  # on half the squared weights of the doubts in units of their scatter: each is of the order of one
 
 Floats = NDArray[np.float64]

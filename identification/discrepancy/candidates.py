@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from identification.criteria import FORM
 from identification.physical.elements import CATALOGUE, Growth, Values
 from identification.physical.model import Element, Model, Parameter, element
 from identification.record import Record
@@ -17,14 +18,14 @@ def guesses(name: str, scales: Scales) -> list[Element]:
     return [_first(name, values, scales) for values in starts(scales)] if starts is not None else []
 
 
-def outgrown(simpler: Element, name: str, growth: Growth, scales: Scales) -> list[Element]:
+def richer_starts(simpler: Element, name: str, growth: Growth, scales: Scales) -> list[Element]:
     """Elements of a richer name that start out of a simpler one that fits, and are as fine where it is."""
     finer = {s.name: p for s, p in zip(simpler.spec.parameters, simpler.parameters, strict=True) if s.refinement}
     return [_with(_first(name, values, scales), finer) for values in growth.starts(simpler.values(), scales)]
 
 
 def _first(name: str, values: Values, scales: Scales) -> Element:
-    return _limited(element(name, values, CATALOGUE[name].held), scales)
+    return _limit(element(name, values, CATALOGUE[name].held), scales)
 
 
 def _with(e: Element, own: Mapping[str, Parameter]) -> Element:
@@ -32,7 +33,7 @@ def _with(e: Element, own: Mapping[str, Parameter]) -> Element:
     return replace(e, parameters=tuple(own.get(s.name, p) for s, p in pairs))
 
 
-def _limited(e: Element, scales: Scales) -> Element:
+def _limit(e: Element, scales: Scales) -> Element:
     limited = {}
     for spec, p in zip(e.spec.parameters, e.parameters, strict=True):
         if spec.limits is not None:
@@ -41,7 +42,7 @@ def _limited(e: Element, scales: Scales) -> Element:
     return _with(e, limited)
 
 
-def unlimited(e: Element) -> Element:
+def remove_limits(e: Element) -> Element:
     """The element without the limits that only the search needed."""
     return replace(e, parameters=tuple(replace(p, low=None, high=None) for p in e.parameters))
 
@@ -50,8 +51,8 @@ def admissible(model: Model, records: Sequence[Record], scales: Scales) -> list[
     """Names that might be added to `model` and that these records could show at all.
 
     Left out: what the model has, what acts on a current or a temperature that does not vary, and a constant force
-    beside a free one, which is the same thing; on top of a foreign simulation all that changes its inside. What is
-    sought in another way has no first values here.
+    beside a free one, which is the same thing; on top of a foreign simulation all that changes its inside. Elements
+    that are found in another way, such as a tone, have no first values here.
     """
     foreign = any(r.simulated is not None for r in records)  # whose inside nobody can reach
     current = any(r.has_current for r in records) and scales.current_high > scales.current_low
@@ -74,7 +75,7 @@ def _idle(e: Element) -> bool:
 
 def _temperature_varies(records: Sequence[Record]) -> bool:
     values = [r.motion.temperature for r in records if r.has_temperature]
-    return bool(values) and max(v.max() for v in values) - min(v.min() for v in values) > 1.0
+    return bool(values) and max(v.max() for v in values) - min(v.min() for v in values) > FORM.varying_temperature
 
 
 def _free_constant(model: Model) -> bool:

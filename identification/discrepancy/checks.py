@@ -1,4 +1,4 @@
-"""What the workflow refuses: runs that don't belong together, a model that can't run on them."""
+"""Checks of runs and model before the workflow starts."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.criteria import FORM
 from identification.errors import DataError
 from identification.physical.model import Model
 from identification.physical.predict import predict
@@ -14,8 +15,6 @@ from identification.record import Record
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
-
-_OPPOSED = 0.3  # correlation of force and velocity beyond which a specimen clearly absorbs or gives energy
 
 
 def check_runs(runs: Sequence[Run]) -> None:
@@ -32,8 +31,8 @@ def check_runs(runs: Sequence[Run]) -> None:
             raise DataError(f"{_label(run)} is the same run as {seen[run.run_id]}: give each run once")
         seen[run.run_id] = _label(run)
     work = {_label(run): _work(run) for run in runs}
-    against = {label: w for label, w in work.items() if w < -_OPPOSED}
-    if against and any(w > _OPPOSED for w in work.values()):
+    against = {label: w for label, w in work.items() if w < -FORM.minor}
+    if against and any(w > FORM.minor for w in work.values()):
         label, w = min(against.items(), key=lambda item: item[1])
         raise DataError(
             f"{label}: force works with the motion (correlation {w:.2f}), in other runs against it: "
@@ -60,12 +59,12 @@ def check_model(model: Model, records: Sequence[Record]) -> None:
         simulated = predict(model, r)[0]
         velocity = r.motion.v[r.window]
         measured, expected = (_correlation(velocity, f) for f in (r.measured, simulated))
-        if measured < -_OPPOSED and expected > _OPPOSED:
+        if measured < -FORM.minor and expected > FORM.minor:
             raise DataError(
                 f"{r.name}: the measured force works with the motion (correlation {measured:.2f}), the simulated one "
                 "against it: the sign of force or displacement is reversed; extension and tension are positive"
             )
-        if expected < -_OPPOSED and measured > _OPPOSED:
+        if expected < -FORM.minor and measured > FORM.minor:
             raise DataError(
                 f"{r.name}: the simulated force works with the motion (correlation {expected:.2f}), the measured one "
                 "against it: the sign of the simulated force is reversed; tension is positive"

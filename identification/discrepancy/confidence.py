@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import exp, isfinite, log, log1p
 
-from identification.discrepancy.excess import FORM_TOLERANCE
+from identification.criteria import FORM
 from identification.errors import ConfidenceTableError
 
 _LARGE = 500.0  # log odds whose exponential can still be taken
@@ -35,7 +35,7 @@ def _beyond(amplitude: float, width: float) -> float:
 
 
 DOUBTS: Mapping[str, Callable[[Features], float]] = {
-    "scatter": lambda f: _beyond(f.spread, FORM_TOLERANCE),
+    "scatter": lambda f: _beyond(f.spread, FORM.tolerance),
     "few_runs": lambda f: 1.0 / max(f.runs, 1),
     "left_beside": lambda f: f.left_beside**0.5,  # the root of an energy is an amplitude
     "rivalry": lambda f: (

@@ -8,8 +8,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from identification.criteria import FORM
 from identification.discrepancy.confidence import Table
-from identification.discrepancy.excess import FORM_TOLERANCE
 from identification.errors import ConfidenceTableError
 
 FORMAT, FORMAT_VERSION = "damper-rig/confidence-table", 1
@@ -37,7 +37,7 @@ def table_to_json(table: Table) -> dict[str, Any]:  # Any: JSON
     return {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
-        "form_tolerance": FORM_TOLERANCE,
+        "form_tolerance": FORM.tolerance,
         "names": table.names,
         "without_doubt": table.without_doubt,
         "weights": dict(table.weights),
@@ -48,9 +48,9 @@ def table_to_json(table: Table) -> dict[str, Any]:  # Any: JSON
 def _table(data: Any) -> Table:  # Any: parsed JSON, of any shape
     if not isinstance(data, dict) or (data.get("format"), data.get("format_version")) != (FORMAT, FORMAT_VERSION):
         raise ConfidenceTableError(f"format must be {FORMAT}, version {FORMAT_VERSION}")
-    if data.get("form_tolerance") != FORM_TOLERANCE:
+    if data.get("form_tolerance") != FORM.tolerance:
         raise ConfidenceTableError(
-            f"form_tolerance is {data.get('form_tolerance')} and not {FORM_TOLERANCE}: fit the table again"
+            f"form_tolerance is {data.get('form_tolerance')} and not {FORM.tolerance}: fit the table again"
         )
     weights = data.get("weights")
     if not isinstance(weights, dict):

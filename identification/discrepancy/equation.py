@@ -10,15 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from identification.criteria import CHANCE, FORM, TEXT
 from identification.discrepancy.signatures import Tangent
 from identification.record import Record
 
 Floats = NDArray[np.float64]
 
-_MOST_TERMS = 4
-_PAYS = 0.03  # share of the remainder on runs left out that one more term must explain
-_ABSORBED = 0.05  # a term of which less than this share is its own would only trade places with the model
-_WORTH = 0.15  # share that an equation must explain to be worth writing down
 _SPANS = 24  # lengths tried for a force that repeats along the stroke
 _TIMES = (0.3, 1.0, 3.0, 10.0, 30.0)  # of the time of a motion: how long a memory may last
 _BINS = 40
@@ -54,16 +51,16 @@ def describe(records: Sequence[Record], at: Tangent) -> Equation:
     edges = np.cumsum([0] + [r.measured.size for r in records])
     chosen: list[str] = []
     share = 0.0
-    while len(chosen) < _MOST_TERMS:
+    while len(chosen) < TEXT.most_terms:
         best = _next(names, columns, at.residual, chosen)
         if best is None:
             break
         grown = _left_out(_matrix(columns, [*chosen, best]), at.residual, edges)
-        if grown < share + _PAYS:
+        if grown < share + TEXT.term_pays:
             break
         chosen, share = [*chosen, best], grown
     parity = _parity(records, at)
-    if share < _WORTH:
+    if share < TEXT.equation_worth:
         return Equation(terms=(), share=max(share, 0.0), parity=parity)
     weights = np.linalg.lstsq(_matrix(columns, chosen), at.residual, rcond=None)[0]
     labels = [label for name in chosen for label in names[name]]
@@ -80,7 +77,7 @@ def _stacked(records: Sequence[Record], at: Tangent) -> tuple[dict[str, tuple[st
             [w * part[name][1][r.window] for part, w, r in zip(each, at.weights, records, strict=True)]
         )
         own = at.project(whole)
-        if np.linalg.norm(own) > _ABSORBED * max(float(np.linalg.norm(whole)), 1e-300):
+        if np.linalg.norm(own) > TEXT.term_own * max(float(np.linalg.norm(whole)), 1e-300):
             labels[name], columns[name] = label, own
     return labels, columns
 
@@ -192,7 +189,7 @@ def _next(names: Mapping[str, tuple[str, ...]], columns: Mapping[str, Floats], r
         if name in chosen:
             continue
         own = columns[name] - q @ (q.T @ columns[name])
-        if np.min(np.linalg.norm(own, axis=0)) < 0.1 * np.max(np.linalg.norm(columns[name], axis=0)):
+        if np.min(np.linalg.norm(own, axis=0)) < TEXT.term_new * np.max(np.linalg.norm(columns[name], axis=0)):
             continue  # little of it is new
         basis = np.linalg.qr(own)[0]
         took = float(np.sum((basis.T @ left) ** 2))
@@ -212,7 +209,7 @@ def _left_out(matrix: Floats, rest: Floats, edges: NDArray[np.int64]) -> float:
         left += float(np.sum((rest[start:stop] - matrix[start:stop] @ weights) ** 2))
     total = float(rest @ rest)
     beyond = total - rest.size
-    return (total - left) / beyond if beyond > 5.0 * np.sqrt(2.0 * rest.size) else 0.0
+    return (total - left) / beyond if beyond > CHANCE.sigmas * np.sqrt(2.0 * rest.size) else 0.0
 
 
 def _parity(records: Sequence[Record], at: Tangent) -> str:
@@ -224,8 +221,14 @@ def _parity(records: Sequence[Record], at: Tangent) -> str:
         values = np.concatenate([getattr(r.motion, series)[r.window] for r in records])
         odd, even = _odd_and_even(values - (0.0 if series == "v" else np.mean(values)), force)
         total = float(np.mean(force**2))
-        if odd + even > 0.25 * total:
-            kind = "odd" if odd > 3.0 * even else "even" if even > 3.0 * odd else "neither odd nor even"
+        if odd + even > TEXT.curve_worth * total:
+            kind = (
+                "odd"
+                if odd > FORM.disproportionate * even
+                else "even"
+                if even > FORM.disproportionate * odd
+                else "neither odd nor even"
+            )
             words.append(f"a curve over {name}, {kind}, holds {100 * min((odd + even) / total, 1.0):.0f} % of it")
     return "; ".join(words) or "it is no curve over velocity or displacement alone"
 

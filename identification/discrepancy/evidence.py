@@ -1,4 +1,4 @@
-"""What speaks for a name: the same strength in every run, a gap that closes, a margin to every rival."""
+"""The evidence for a name: the same strength in every run, a gap that closes, a margin to every rival."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from math import exp
 
 import numpy as np
 
+from identification.criteria import TEXT
 from identification.discrepancy.confidence import Features, confidence
 from identification.discrepancy.confidence_table import fitted_table
 from identification.discrepancy.excess import contribution, excess_of
@@ -17,9 +18,6 @@ from identification.discrepancy.rivals import Rival, beside_a_curve, margin_of, 
 from identification.discrepancy.strength import seen_by, spread_of, strengths, without_the_oddest
 from identification.physical.elements import Curve
 from identification.record import Record
-
-_LISTED = 0.005  # an alternative less likely than this is none
-_MOST_LISTED = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,4 +77,4 @@ def _alternatives(doubt: float, rivals: Sequence[Rival]) -> tuple[tuple[str, flo
     """The likeliest rivals and their shares of the doubt: e^-margin of each, against 1 for what was not tried."""
     total = 1.0 + sum(exp(-r.margin) for r in rivals)
     ranked = sorted(((r.name, doubt * exp(-r.margin) / total) for r in rivals), key=lambda item: -item[1])
-    return tuple((n, share) for n, share in ranked[:_MOST_LISTED] if share > _LISTED)
+    return tuple((n, share) for n, share in ranked[: TEXT.most_listed] if share > TEXT.listed)

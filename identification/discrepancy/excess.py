@@ -7,19 +7,12 @@ from contextlib import suppress
 
 import numpy as np
 
+from identification.criteria import CHANCE, FORM
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit
 from identification.physical.model import Model
 from identification.physical.predict import predict
 from identification.record import Record
-
-FORM_TOLERANCE = 0.06
-"""How far a real effect's curve strays from the canonical one, as a share of its own contribution: the spread between
-published forms of the same effect (three forms each of friction, gas spring, valve knee and hysteresis lie within)."""
-
-_HIDDEN = 4.0  # times the energy that names close: of their force at most half may have hidden in the base
-_UNSURE = 0.3  # of the noise that a model makes of the displacement's: what its size is not known to
-_MATERIAL = 0.003  # of rms force: what matters to nobody is no discrepancy
 
 
 def excess_of(fit: Fit) -> float:
@@ -29,14 +22,14 @@ def excess_of(fit: Fit) -> float:
 
 def material_excess(records: Sequence[Record]) -> float:
     """Whitened energy of the smallest discrepancy that matters: a fixed share of the rms force."""
-    return sum(r.measured.size * float(np.mean(r.measured**2)) * (_MATERIAL / r.sigma) ** 2 for r in records)
+    return sum(r.measured.size * float(np.mean(r.measured**2)) * (FORM.material / r.sigma) ** 2 for r in records)
 
 
 def significant_excess(records: Sequence[Record]) -> float:
     """Excess that noise exceeds in less than one case of a million, the noise floor itself being estimated."""
     spread = sum(2.0 * r.measured.size / r.independent for r in records)
     unsure = sum(r.measured.size * r.modelled for r in records)
-    return 5.0 * float(np.sqrt(1.5 * spread)) + _UNSURE * unsure
+    return CHANCE.sigmas * float(np.sqrt(CHANCE.floor_variance * spread)) + CHANCE.modelled_noise_error * unsure
 
 
 def contribution(model: Model, name: str, records: Sequence[Record]) -> float:
@@ -55,11 +48,11 @@ def contribution(model: Model, name: str, records: Sequence[Record]) -> float:
     return total
 
 
-def misshapen(model: Model, names: Sequence[str], records: Sequence[Record], closed: float) -> float:
-    """Whitened energy that the names may leave because a real effect's curve strays from its canonical form.
+def form_error(model: Model, names: Sequence[str], records: Sequence[Record], closed: float) -> float:
+    """Whitened energy that the names may leave because a real effect's curve departs from its canonical form.
 
-    A share of the force of each, but of no more of it than `closed`, the energy that they take off the gap, bears out:
-    the rest only trades places with the base.
+    FORM.tolerance² times the energy of each element's force. Of that no more counts than 1/(1 − FORM.hidden)² times
+    `closed`, the energy by which the names lower the excess: the rest only replaces force of the base.
     """
-    most = _HIDDEN * max(closed, 0.0)
-    return sum(FORM_TOLERANCE**2 * min(contribution(model, name, records), most) for name in names)
+    most = max(closed, 0.0) / (1.0 - FORM.hidden) ** 2
+    return sum(FORM.tolerance**2 * min(contribution(model, name, records), most) for name in names)

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from identification.criteria import BUDGET
 from identification.datachecks import findings_in
-from identification.discrepancy.candidates import unlimited
+from identification.discrepancy.candidates import remove_limits
 from identification.discrepancy.explanation import Explanation, NextTest, Traces
 from identification.discrepancy.hum import Hum, find_hum, hum_in
-from identification.discrepancy.naming import Compared, without_departures
+from identification.discrepancy.naming import Compared, drop_departures
 from identification.discrepancy.nexttest import propose
 from identification.discrepancy.notes import coarse, finer, of_runs, tared_apart, unnamed
 from identification.discrepancy.preparation import prepared
 from identification.discrepancy.search import search
-from identification.discrepancy.verdict import SearchResult, in_doubt, judge, uphold
+from identification.discrepancy.verdict import SearchResult, drop_doubtful, judge, test_is_worthwhile
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.motion_noise import with_motion_noise
 from identification.physical.elements import CATALOGUE, TONE
@@ -33,7 +34,7 @@ def explain(
     *,
     on_progress: Progress | None = None,
 ) -> Explanation:
-    """Find where `model` and the runs disagree, name what is missing, add it, and show the gap shrink.
+    """Find where `model` and the runs disagree, name what is missing, add it, and show the gap that remains.
 
     Parameters
     ----------
@@ -49,59 +50,59 @@ def explain(
     SimulationError
         when the model as given can't run on them.
     """
-    say = on_progress or (lambda text, done: None)
-    say("preparing the runs", 0.0)
+    report = on_progress or (lambda text, done: None)
+    report("preparing the runs", 0.0)
     model, train, held = prepared(model, runs, held_out)
-    say("fitting the model as given", 0.05)
+    report("fitting the model as given", 0.05)
     base = fit_records(model, [compact(r) for r in train])
-    result = _searched(model, base, _hum_beside(base.model, train), train, held, say)
-    if result.hum is not None and result.found.names and _hum_beside(result.found.fit.model, result.train) is None:
-        say("the tone was part of what has been named: looking again without it", 0.5)
-        result = _searched(model, base, None, train, held, lambda text, done: say(text, max(done, 0.5)))
-    say("fitting the named effects", 0.8)
-    return _concluded(model, result, findings_in([*runs, *(held_out or ())]), say)
+    result = _search(model, base, _find_hum(base.model, train), train, held, report)
+    if result.hum is not None and result.found.names and _find_hum(result.found.fit.model, result.train) is None:
+        report("the hum was part of a named effect: repeating the search without it", 0.5)
+        result = _search(model, base, None, train, held, lambda text, done: report(text, max(done, 0.5)))
+    report("fitting the named effects", 0.8)
+    return _conclude(model, result, findings_in([*runs, *(held_out or ())]), report)
 
 
-def _searched(
-    model: Model, base: Fit, hum: Hum | None, train: Sequence[Record], held: Sequence[Record], say: Progress
+def _search(
+    model: Model, base: Fit, hum: Hum | None, train: Sequence[Record], held: Sequence[Record], report: Progress
 ) -> SearchResult:
     """Search for what `base` is missing beside a hum."""
-    quiet = _without_hum(base, hum, train)
+    quiet = _remove_hum(base, hum, train)
     if hum is not None:
-        train, held = _noise_beside(base, hum, train, held)
-        quiet = _without_hum(base, hum, train)
+        train, held = _estimate_noise(base, hum, train, held)
+        quiet = _remove_hum(base, hum, train)
         base = fit_records(model, quiet)
     train, held = ([with_motion_noise(r, base.model) for r in rs] for rs in (train, held))
-    quiet = [_as_noisy(q, r) for q, r in zip(quiet, train, strict=True)]
+    quiet = [_with_noise_of(q, r) for q, r in zip(quiet, train, strict=True)]
     base = fit_records(base.model, quiet)
-    say("looking for what is missing", 0.2)
-    found = search(model, base, quiet, on_progress=lambda text: say(text, 0.4))
-    found, evidence, withheld = uphold(found, quiet)
-    found = without_departures(found, quiet)
+    report("searching for missing effects", 0.2)
+    found = search(model, base, quiet, on_progress=lambda text: report(text, 0.4))
+    found, evidence, withheld = drop_doubtful(found, quiet)
+    found = drop_departures(found, quiet)
     evidence = [e for e in evidence if e.name in found.names]
     return SearchResult(
         base=base, found=found, evidence=evidence, withheld=withheld, hum=hum, train=train, held=held, quiet=quiet
     )
 
 
-def _hum_beside(model: Model, train: Sequence[Record]) -> Hum | None:
-    """Mains hum, if all runs share one that the model has not."""
+def _find_hum(model: Model, train: Sequence[Record]) -> Hum | None:
+    """Mains hum that all runs share and the model does not have, or None."""
     if model.has(TONE.name):
         return None
     return find_hum([r.measured - predict(model, r)[0] for r in train], train)
 
 
-def _without_hum(base: Fit, hum: Hum | None, train: Sequence[Record]) -> list[Record]:
+def _remove_hum(base: Fit, hum: Hum | None, train: Sequence[Record]) -> list[Record]:
     """The compact records with the hum taken out."""
     if hum is None:
         return [compact(r) for r in train]
     return [compact(r, hum_in(r, r.measured - predict(base.model, r)[0], hum)) for r in train]
 
 
-def _noise_beside(
+def _estimate_noise(
     base: Fit, hum: Hum, train: Sequence[Record], held: Sequence[Record]
 ) -> tuple[list[Record], list[Record]]:
-    """The records with the noise that they have beside the hum."""
+    """The records with the noise floor that remains without the hum."""
     every = [*train, *held]
     residuals = [r.measured - predict(base.model, r)[0] for r in every]
     quiet = [noise_without(r, hum_in(r, e, hum)) for r, e in zip(every, residuals, strict=True)]
@@ -109,23 +110,23 @@ def _noise_beside(
     return quiet[: len(train)], quiet[len(train) :]
 
 
-def _as_noisy(quiet: Record, record: Record) -> Record:
-    """The compact record with the noise that has since been found in the whole one."""
+def _with_noise_of(quiet: Record, record: Record) -> Record:
+    """The compact record with the noise floor of the whole one."""
     return replace(quiet, sigma=compact(record).sigma, independent=record.independent, modelled=record.modelled)
 
 
-def _concluded(given: Model, result: SearchResult, findings: Sequence[str], say: Progress) -> Explanation:
+def _conclude(given: Model, result: SearchResult, findings: Sequence[str], report: Progress) -> Explanation:
     """The explanation: everything fitted again to the whole records, judged, with the next test and the notes."""
-    final = _final(result)
-    base = fit_records(result.base.model, result.train, max_iterations=8)
+    final = _fit_final(result)
+    base = fit_records(result.base.model, result.train, max_iterations=BUDGET.base_iterations)
     traces = [
         _traces(r, given, base.model, final, held_out=held_out)
         for records, held_out in ((result.train, False), (result.held, True))
         for r in records
     ]
     judged = judge(result, final, traces)
-    say("designing the next test", 0.95)
-    doubted = in_doubt(judged, len(result.train))
+    report("designing the next test", 0.95)
+    worthwhile = test_is_worthwhile(judged, len(result.train))
     return Explanation(
         verdict=judged.verdict,
         effects=judged.effects,
@@ -136,30 +137,30 @@ def _concluded(given: Model, result: SearchResult, findings: Sequence[str], say:
         profiles=judged.profiles,
         repeatable=judged.repeatable,
         remainder=judged.remainder,
-        next_test=propose(result.found, result.most_doubted, result.quiet) if doubted else NextTest(),
+        next_test=propose(result.found, result.least_confident, result.quiet) if worthwhile else NextTest(),
         given=given,
         base=base,
         model=replace(final, name=_name(given, result.names)),
         moves=result.found.moves,
-        compared={name_of(n): _by_name(result.found.compared[n]) for n in result.found.names},
+        compared={name_of(n): _named_for_reader(result.found.compared[n]) for n in result.found.names},
         traces=tuple(traces),
         notes=_notes(result, final, traces, findings),
     )
 
 
-def _final(result: SearchResult) -> Model:
+def _fit_final(result: SearchResult) -> Model:
     """The model with all names, fitted to the whole records without the limits that only the search needed."""
     base, found, hum = result.base.model, result.found, result.hum
     if not found.names and hum is None and found.fit.model == base:
         return base
     grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
     added = [e.id in found.names or e.id not in base.ids for e in grown.elements]
-    elements = tuple(unlimited(e) if new else e for e, new in zip(grown.elements, added, strict=True))
-    return fit_records(replace(grown, elements=elements), result.train, max_iterations=12).model
+    elements = tuple(remove_limits(e) if new else e for e, new in zip(grown.elements, added, strict=True))
+    return fit_records(replace(grown, elements=elements), result.train, max_iterations=BUDGET.final_iterations).model
 
 
-def _by_name(compared: Compared) -> Compared:
-    """The same for a reader, who knows names and no ids."""
+def _named_for_reader(compared: Compared) -> Compared:
+    """The comparison with names of elements in place of their ids."""
     return replace(compared, beside=tuple(name_of(n) for n in compared.beside))
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.criteria import CHANCE
 from identification.discrepancy.aliases import aliases
 from identification.discrepancy.evidence import Evidence
 from identification.discrepancy.naming import Compared, Move
@@ -44,7 +45,7 @@ class Gaps:
     def closed(self) -> float | None:
         """Share of the reducible gap that the names closed; None where there was nothing to close."""
         reducible = self.base_refitted - self.noise_floor
-        if reducible <= 0.02 * self.noise_floor:
+        if reducible <= CHANCE.at_noise * self.noise_floor:
             return None
         return (self.base_refitted - self.final) / reducible
 

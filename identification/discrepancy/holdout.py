@@ -1,16 +1,15 @@
-"""Which runs no fit may see, where the user has not said."""
+"""Choice of the held-out runs, where the user names none."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 
+from identification.criteria import FORM
 from identification.record import Record, Window
 
-_SHARE = 0.25
 
-
-def keep_back(records: Sequence[Record]) -> tuple[list[Record], list[Record]]:
+def hold_out(records: Sequence[Record]) -> tuple[list[Record], list[Record]]:
     """Training and held-out records: about a quarter is kept back, spread over the list; of one run its last part.
 
     Runs whose kind stands alone (the only one with current steps, say) stay in training, so that nothing that only
@@ -20,7 +19,7 @@ def keep_back(records: Sequence[Record]) -> tuple[list[Record], list[Record]]:
         return _split(records[0])
     kinds = [r.kind for r in records]
     common = [k for k, kind in enumerate(kinds) if kinds.count(kind) > 1] or list(range(1, len(records)))
-    count = max(1, round(_SHARE * len(records)))
+    count = max(1, round(FORM.held_out * len(records)))
     count = min(count, len(common) - 1) if len(common) > 1 else 1
     step = len(common) / count
     chosen = {common[int((k + 0.5) * step)] for k in range(count)}
@@ -31,13 +30,13 @@ def keep_back(records: Sequence[Record]) -> tuple[list[Record], list[Record]]:
 def _split(record: Record) -> tuple[list[Record], list[Record]]:
     """The last quarter of the only run, in whole periods where it has some; with one period both see it."""
     if not isinstance(record.window, slice):
-        cut = round(record.window.size * (1.0 - _SHARE))
+        cut = round(record.window.size * (1.0 - FORM.held_out))
         return _parts(record, record.window[:cut], record.window[cut:])
     start, stop = record.window.start, record.window.stop
     if record.period and (stop - start) // record.period < 2:
         return [record], [replace(record, name=f"{record.name} (seen)")]
     unit = record.period or 1
-    cut = start + max(unit, round((stop - start) * (1.0 - _SHARE) / unit) * unit)
+    cut = start + max(unit, round((stop - start) * (1.0 - FORM.held_out) / unit) * unit)
     cut = min(cut, stop - unit)
     return _parts(record, slice(start, cut), slice(cut, stop))
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.criteria import BUDGET, CHANCE, FORM
 from identification.physical.elements import TONE
 from identification.physical.model import Element, element
 from identification.record import Record
@@ -15,15 +16,6 @@ from identification.record import Record
 Floats = NDArray[np.float64]
 
 _SUPPLIES_HZ = (50.0, 60.0, 50.0 / 3.0, 400.0)  # mains, railway and aircraft supplies
-_STANDS_OUT = 30.0  # power over the local level: by chance less than one line in 10^12
-_MATERIAL = 0.003  # of rms force: less matters to nobody
-_CYCLES = 5.0  # in the shortest run: slower, a tone is an offset or a drift
-_BLOCKS = 256  # into which a record is summed: what lies within some 30 lines of the centre stays as it is
-_BLIND = 0.1  # of a tone: a record that keeps less of it can't tell it from the motion's own harmonics
-_UNSEEN = 1e-6  # the same, of what is left where a period repeats the tone: rounding
-_LINES_AWAY = 2.0  # lines between a tone and a harmonic of a sine that is known to a line
-_ONE_SINE = 0.9  # of a motion's power in one line
-_SAME_AMPLITUDE = 0.35  # scatter over the runs beyond which it is no property of the channel
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,25 +34,32 @@ class Hum:
 def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | None:
     """The strongest common tone in the residuals (one (M,) array per record, N), or None."""
     nyquist = min(0.5 / r.dt for r in records)
-    wanted = {f for r in records for f in r.tones_hz} | {f for f in _SUPPLIES_HZ if f < 0.95 * nyquist}
+    wanted = {f for r in records for f in r.tones_hz} | {f for f in _SUPPLIES_HZ if f < FORM.tone_nyquist * nyquist}
     residuals = [_changing(e, r) for e, r in zip(residuals, records, strict=True)]
     sights = [_sight(r) for r in records]
-    slowest = _CYCLES / min(e.size * r.dt for e, r in zip(residuals, records, strict=True))
+    slowest = FORM.tone_cycles / min(e.size * r.dt for e, r in zip(residuals, records, strict=True))
     force = np.concatenate([r.measured for r in records])
-    least = _MATERIAL * float(np.sqrt(2.0 * np.mean(force**2)))
+    least = FORM.material * float(np.sqrt(2.0 * np.mean(force**2)))
     best: Hum | None = None
     for coarse in wanted:
         near = [_Near(e, r.motion.t[r.window], coarse) for e, r in zip(residuals, records, strict=True)]
         frequency = _refine(coarse, near, sights)
         left = np.array([s.left(frequency) for s in sights])
-        if frequency < slowest or not np.any(left > _BLIND):
+        if frequency < slowest or not np.any(left > FORM.tone_left):
             continue
-        amplitudes, ratios = (np.array(q)[left > _BLIND] for q in zip(*(n.tone(frequency) for n in near), strict=True))
-        amplitudes /= left[left > _BLIND]
+        amplitudes, ratios = (
+            np.array(q)[left > FORM.tone_left] for q in zip(*(n.tone(frequency) for n in near), strict=True)
+        )
+        amplitudes /= left[left > FORM.tone_left]
         middle = float(np.median(amplitudes))
         scatter = float(np.std(amplitudes)) / max(middle, 1e-300)
-        seen = np.mean(ratios > _STANDS_OUT)
-        if middle > least and seen >= 0.75 and scatter < _SAME_AMPLITUDE and (best is None or middle > best.amplitude):
+        seen = np.mean(ratios > CHANCE.tone_power)
+        if (
+            middle > least
+            and seen >= FORM.tone_runs
+            and scatter < FORM.tone_scatter
+            and (best is None or middle > best.amplitude)
+        ):
             best = Hum(frequency, middle, scatter)
     return best
 
@@ -76,7 +75,7 @@ def _changing(residual: Floats, record: Record) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class _Sight:
-    """What a record can tell of a tone."""
+    """How far a tone can be seen in a record."""
 
     samples: int
     period: int
@@ -96,12 +95,12 @@ class _Sight:
             return 1.0
         harmonic = round(frequency / self.fundamental)
         away = abs(frequency - harmonic * self.fundamental) * self.samples * self.dt
-        return 0.0 if away < _LINES_AWAY and harmonic > 0 else 1.0
+        return 0.0 if away < FORM.tone_lines and harmonic > 0 else 1.0
 
     def weight(self, frequency: float) -> float:
         """Of the power at a frequency in what is left: then a tone weighs most at its own, however little is left."""
         left = self.left(frequency)
-        return self.samples / self.sigma**2 / left if left > _UNSEEN else 0.0
+        return self.samples / self.sigma**2 / left if left > CHANCE.unseen else 0.0
 
 
 def _sight(record: Record) -> _Sight:
@@ -115,7 +114,7 @@ def _fundamental(record: Record) -> float | None:
     x = record.motion.x[record.window]
     power = np.abs(np.fft.rfft((x - np.mean(x)) * np.hanning(x.size))) ** 2
     k = int(np.argmax(power[1:-1])) + 1
-    if np.sum(power[max(k - 2, 0) : k + 3]) <= _ONE_SINE * np.sum(power):
+    if np.sum(power[max(k - 2, 0) : k + 3]) <= FORM.one_sine * np.sum(power):
         return None
     below, peak, above = np.log(np.maximum(power[k - 1 : k + 2], 1e-300))
     return float(k + 0.5 * (below - above) / (below - 2.0 * peak + above)) / (x.size * record.dt)
@@ -132,13 +131,13 @@ def hum_in(record: Record, residual: Floats, hum: Hum) -> Floats:
 
 
 class _Near:
-    """A residual around one frequency: turned to rest there and summed in blocks, so that each further costs little."""
+    """A residual demodulated at one frequency and summed in blocks, so that amplitudes near it cost little."""
 
     def __init__(self, residual: Floats, times: Floats, centre: float) -> None:
         self.samples, self.width, self.centre = residual.size, 1.0 / float(np.ptp(times)), centre
-        turned = residual * np.exp(-2j * np.pi * centre * times)
-        starts = np.arange(0, residual.size, -(-residual.size // _BLOCKS))
-        self._sums = np.add.reduceat(turned, starts)
+        demodulated = residual * np.exp(-2j * np.pi * centre * times)
+        starts = np.arange(0, residual.size, -(-residual.size // BUDGET.tone_blocks))
+        self._sums = np.add.reduceat(demodulated, starts)
         self._times = np.add.reduceat(times, starts) / np.diff(np.append(starts, residual.size))
 
     def amplitudes(self, frequencies: Floats) -> Floats:

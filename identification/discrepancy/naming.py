@@ -8,17 +8,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from identification.criteria import BUDGET, CHANCE, FORM
 from identification.discrepancy.excess import (
-    FORM_TOLERANCE,
     contribution,
     excess_of,
+    form_error,
     material_excess,
-    misshapen,
     significant_excess,
 )
 from identification.discrepancy.trials import (
-    FULFILS,
-    HELPS,
     Trial,
     choose,
     complexity,
@@ -28,15 +26,12 @@ from identification.discrepancy.trials import (
 )
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.fitting.refine import FIT_ITERATIONS, FLAT, refine_curves, shaped_like
+from identification.fitting.refine import refine_curves, with_shapes_of
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, name_of
 from identification.record import Record
 
-CLOSES = 0.4  # an element that stands alone must close this share of the excess that is left
-_EXPLAINED = 0.1  # share of the base's excess that several names together may leave
-_MAX_EFFECTS = 4
-_MOST_MOVES = 12  # names that still come and go then are not there
+Revise = Callable[["Search", Sequence[Record]], "Search"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,134 +72,146 @@ class Search:
     moves: tuple[Move, ...] = field(default=())
     compared: Mapping[str, Compared] = field(default_factory=dict)  # each of them, as it was last tried
     before: Search | None = None  # as it was before the latest name
-    dead_end: frozenset[str] | None = None  # ids of names that were tried instead, and led no further
+    dead_end: frozenset[str] | None = None  # ids of names that were tried instead without success
 
 
-def climbed(state: Search, records: Sequence[Record], say: Callable[[str], None]) -> Search:
-    """The state with every name that pays, on `records` (compact): add while it does, then swap and drop."""
-    turned = False
-    while len(state.names) < _MAX_EFFECTS and worth_more(state, records):
-        say(f"{len(state.names)} named so far, the gap is {_over_noise(state):.1f} × the noise of a mean period")
-        larger = grown(state, records)
-        if larger is None and not turned and (otherwise := _otherwise(state)) is not None:
-            larger, turned = grown(otherwise, records), True
-            if larger is None:
+def search_from(state: Search, records: Sequence[Record], report: Callable[[str], None]) -> Search:
+    """Add names to `state` while one closes enough of the gap, and revise the earlier ones after each.
+
+    The records are compact. Where no name can be added, one earlier name is exchanged, once, for one that fits better.
+    """
+    swapped = False
+    while len(state.names) < FORM.most_effects and gap_remains(state, records):
+        report(f"{len(state.names)} named so far, the gap is {_ratio_to_noise(state):.1f} × the noise of a mean period")
+        improved = improve_once(state, records)
+        if improved is None and not swapped and (otherwise := _swap_in_better_fit(state)) is not None:
+            improved, swapped = improve_once(otherwise, records), True
+            if improved is None:
                 state = replace(state, dead_end=frozenset(otherwise.names))
-        if larger is None or len(larger.moves) > _MOST_MOVES:
+        if improved is None or len(improved.moves) > BUDGET.most_moves:
             break
-        state = larger
+        state = improved
     return state
 
 
 def explains(state: Search) -> bool:
     """Whether the names together leave little of the gap."""
-    return state.excess < _EXPLAINED * state.base_excess
+    return state.excess < FORM.explained * state.base_excess
 
 
-def proven(state: Search, records: Sequence[Record]) -> Search:
-    """What stands of the names: those that are needed, where together they explain the gap; else the first, where it
-    closes much by itself; else none."""
+def drop_unproven(state: Search, records: Sequence[Record]) -> Search:
+    """Keep the names that are needed, where together they explain the gap; else the first, where it closes much by
+    itself; else none."""
     if explains(state):
-        return _needed(state, records)
+        return _drop_needless(state, records)
     while state.before is not None and state.before.before is not None:
         state = state.before
-    if state.before is None or state.excess < (1.0 - CLOSES) * state.before.excess:
+    if state.before is None or state.excess < (1.0 - FORM.closes) * state.before.excess:
         return state
     return state.before
 
 
-def without_departures(state: Search, records: Sequence[Record]) -> Search:
-    """The state without the names of elements that are only how another named one departs from its ideal."""
+def drop_departures(state: Search, records: Sequence[Record]) -> Search:
+    """Remove the names of elements that are only how another named element departs from its ideal."""
     named = {e.name: e for e in (state.fit.model.element(n) for n in state.names)}
-    only = {e.id for e in named.values() if _departs(e, named, state, records)}
+    only = {e.id for e in named.values() if _is_departure(e, named, state, records)}
     return replace(state, names=tuple(n for n in state.names if n not in only))
 
 
-def _departs(own: Element, named: Mapping[str, Element], state: Search, records: Sequence[Record]) -> bool:
-    """Whether an element only tells how another of those named departs from its ideal: by its values, or since it is
-    of little account beside the other."""
+def _is_departure(own: Element, named: Mapping[str, Element], state: Search, records: Sequence[Record]) -> bool:
+    """Whether an element only describes how another named one departs from its ideal: by its values, or because it
+    closes little beside the other."""
     departure = own.spec.departure
     ideal = None if departure is None else named.get(departure.of)
     if departure is None or ideal is None:
         return False
     if departure.is_only(own.values(), ideal.values()):
         return True
-    rest = _without(state.fit, own.id, records) if departure.share > 0.0 else None
+    rest = fit_without(state.fit, own.id, records) if departure.share > 0.0 else None
     closed = np.inf if rest is None else excess_of(rest) - state.excess
     return closed < departure.share * contribution(state.fit.model, ideal.id, records)
 
 
-def _needed(state: Search, records: Sequence[Record]) -> Search:
-    """The state less every name without which the others fit as well."""
+def _drop_needless(state: Search, records: Sequence[Record]) -> Search:
+    """Remove every name without which the others fit as well."""
     for name in state.names if len(state.names) > 1 else ():
-        rest = _without(state.fit, name, records)
-        if rest is not None and excess_of(rest) <= state.excess + 10.0:
-            state = _dropped(state, name, rest)
+        rest = fit_without(state.fit, name, records)
+        if rest is not None and excess_of(rest) <= state.excess + CHANCE.slack:
+            state = _drop(state, name, rest)
     return state
 
 
-def grown(state: Search, records: Sequence[Record]) -> Search | None:
-    """The state with one more name, where one pays; two dry frictions in one machine are one, of another form."""
-    larger = _added(state, records)
-    twice = larger is not None and sum(larger.fit.model.element(n).spec.dry_friction for n in larger.names) > 1
+def improve_once(state: Search, records: Sequence[Record], revise: Revise | None = None) -> Search | None:
+    """Add the best further name; None where none closes enough.
+
+    Two dry frictions in one machine are one of another form: where a second would be added, the step is repeated
+    without them. `revise` checks the names so far when one has been added; by default `revise_names`.
+    """
+    improved = _add_best(state, records, revise=revise)
+    twice = improved is not None and sum(improved.fit.model.element(n).spec.dry_friction for n in improved.names) > 1
     dry = [name for name, spec in CATALOGUE.items() if spec.dry_friction]
-    return _added(state, records, but=dry) if twice else larger
+    return _add_best(state, records, excluded=dry, revise=revise) if twice else improved
 
 
-def _otherwise(state: Search) -> Search | None:
-    """The state with another name in the place of one that was only simpler and leads no further, if there is one."""
+def _swap_in_better_fit(state: Search) -> Search | None:
+    """Exchange a name that was chosen for its simplicity for the one that fits best; None where there is none."""
     passed = [
         (t, name)
         for name, c in state.compared.items()
         if c.latest and {name, *c.beside} == set(state.names)
         for t in c.rivals
-        if t.id not in state.names and t.excess < state.excess - 10.0 and choose([t]) is not None
+        if t.id not in state.names and t.excess < state.excess - CHANCE.slack and choose([t]) is not None
     ]
     if not passed:
         return None
     better, name = min(passed, key=lambda p: p[0].excess)
-    return _swapped(state, name, better, state.compared[name])
+    return _swap(state, name, better, state.compared[name])
 
 
-def _added(state: Search, records: Sequence[Record], but: Collection[str] = ()) -> Search | None:
-    alone = state.excess < _EXPLAINED * state.base_excess  # of a gap that is all but closed no part is worth little
-    at_least = CLOSES if alone else HELPS
-    if len(state.names) == _MAX_EFFECTS - 1:  # the last name must explain the gap, or none of those beside it is kept
-        at_least = max(at_least, 1.0 - _EXPLAINED * state.base_excess / state.excess)
-    found = trials(state.fit, _given(state), records, least=FULFILS * at_least, but=but)
+def _add_best(
+    state: Search, records: Sequence[Record], *, excluded: Collection[str] = (), revise: Revise | None = None
+) -> Search | None:
+    alone = explains(state)  # a small part of a gap that is nearly closed says nothing
+    at_least = FORM.closes if alone else FORM.helps
+    if len(state.names) == FORM.most_effects - 1:  # the last name must explain the gap, else drop_unproven drops all
+        at_least = max(at_least, 1.0 - FORM.explained * state.base_excess / state.excess)
+    least = BUDGET.half_as_good * at_least
+    found = trials(state.fit, _given_with_names(state), records, least=least, excluded=excluded)
     chosen = choose(found)
     if chosen is None or state.excess - chosen.excess < at_least * state.excess:
         return None
-    return taken_up(state, chosen, found, records)
+    return add_name(state, chosen, found, records, revise)
 
 
-def taken_up(state: Search, chosen: Trial, found: Sequence[Trial], records: Sequence[Record]) -> Search:
-    """The state with the name that was chosen among the trials, and the earlier ones tried again beside it."""
-    larger = _refined(_with(state, chosen, found), records)
-    return _settle(larger, records) if len(larger.names) > 1 else larger
+def add_name(
+    state: Search, chosen: Trial, found: Sequence[Trial], records: Sequence[Record], revise: Revise | None = None
+) -> Search:
+    """Add the name that was chosen among the trials, and revise the earlier ones beside it; see `improve_once`."""
+    improved = _refine_curves(_append_name(state, chosen, found), records)
+    return (revise or revise_names)(improved, records) if len(improved.names) > 1 else improved
 
 
-def _refined(state: Search, records: Sequence[Record]) -> Search:
-    """The state with the finer shapes that show once the largest gap has closed."""
-    if not worth_more(state, records):
+def _refine_curves(state: Search, records: Sequence[Record]) -> Search:
+    """Free the finer shapes that the data show once the largest gap has closed."""
+    if not gap_remains(state, records):
         return state
     fit = refine_curves(state.fit, records)
-    return replace(state, fit=fit, excess=excess_of(fit), given=shaped_like(state.given, fit.model))
+    return replace(state, fit=fit, excess=excess_of(fit), given=with_shapes_of(state.given, fit.model))
 
 
-def _over_noise(state: Search) -> float:
+def _ratio_to_noise(state: Search) -> float:
     return float(np.sqrt(1.0 + max(state.excess, 0.0) / max(state.fit.samples, 1)))
 
 
-def worth_more(state: Search, records: Sequence[Record]) -> bool:
-    """Whether what is left is real, matters, and is more than the form of what was named can answer for."""
-    form = misshapen(state.fit.model, state.names, records, state.base_excess - state.excess)
+def gap_remains(state: Search, records: Sequence[Record]) -> bool:
+    """Whether the excess is significant, matters, and is larger than the form error of the names."""
+    form = form_error(state.fit.model, state.names, records, state.base_excess - state.excess)
     floor = max(material_excess(records), significant_excess(records))
     return state.excess > floor + form
 
 
-def _with(state: Search, chosen: Trial, found: Sequence[Trial]) -> Search:
-    """The state with the name that was chosen among the trials."""
+def _append_name(state: Search, chosen: Trial, found: Sequence[Trial]) -> Search:
+    """Append the name that was chosen among the trials."""
     move = Move(
         kind="add",
         name=chosen.name,
@@ -218,64 +225,66 @@ def _with(state: Search, chosen: Trial, found: Sequence[Trial]) -> Search:
         names=(*state.names, chosen.id),
         excess=chosen.excess,
         moves=(*state.moves, move),
-        compared={**state.compared, chosen.id: _compared(state.fit, state.names, found)},
+        compared={**state.compared, chosen.id: _comparison(state.fit, state.names, found)},
         before=state,
     )
 
 
-def _given(state: Search) -> Model:
-    """The base as it came, with the elements named since as they were fitted."""
+def _given_with_names(state: Search) -> Model:
+    """The base as given, with the named elements as they were fitted."""
     model = state.given
     for name in state.names:
         model = model.with_element(state.fit.model.element(name))
     return model
 
 
-def _settle(state: Search, records: Sequence[Record]) -> Search:
-    """Swap each earlier name for a better one, given the latest, and drop those that it has made needless.
+def revise_names(state: Search, records: Sequence[Record]) -> Search:
+    """Swap each earlier name for a better one, given the latest, and drop those that have become needless.
 
-    The latest was chosen beside the earlier ones: where one of them is another now, it is tried again too.
+    The latest was chosen beside the earlier ones: where one of these was swapped, its trials are repeated too.
     """
     *earlier, latest = state.names
     moves = len(state.moves)
     for name in earlier:
-        state = _tried_again(state, name, records)
+        state = repeat_trials(state, name, records)
     swapped = any(m.kind == "swap" for m in state.moves[moves:])
-    return _tried_again(state, latest, records) if swapped else state
+    return repeat_trials(state, latest, records) if swapped else state
 
 
-def _tried_again(state: Search, name: str, records: Sequence[Record]) -> Search:
-    """The state without a name, with it, or with a better one in its place."""
-    rest = _without(state.fit, name, records)
+def repeat_trials(
+    state: Search, name: str, records: Sequence[Record], *, trials: Callable[..., list[Trial]] = trials
+) -> Search:
+    """Try a name again beside the others: drop it, keep it, or put a better one in its place.
+
+    `trials` are made as by the function of this name.
+    """
+    rest = fit_without(state.fit, name, records)
     if rest is None:
         return state
-    form = FORM_TOLERANCE**2 * contribution(state.fit.model, name, records)
-    if excess_of(rest) <= state.excess + form + 10.0:
-        return _dropped(state, name, rest)
-    tried = trials(rest, _given(state).without(name), records, incumbent=name, beside=state.fit.model)
-    found = [_unstuck(t, state, rest, records) if t.id == name else t for t in tried]
+    form = FORM.tolerance**2 * contribution(state.fit.model, name, records)
+    if excess_of(rest) <= state.excess + form + CHANCE.slack:
+        return _drop(state, name, rest)
+    tried = trials(rest, _given_with_names(state).without(name), records, incumbent=name, beside=state.fit.model)
+    found = [_replace_stuck(t, state, rest, records) if t.id == name else t for t in tried]
     own = choose([t for t in found if t.id == name])
-    if own is not None and own.excess < state.excess - 10.0:  # the fit had stuck
+    if own is not None and own.excess < state.excess - CHANCE.slack:  # it was in a worse local minimum
         state = replace(state, fit=own.fit, excess=own.excess)
     others = tuple(n for n in state.names if n != name)
-    now = _compared(rest, others, found) if own is not None else replace(state.compared[name], without=rest)
+    now = _comparison(rest, others, found) if own is not None else replace(state.compared[name], without=rest)
     state = replace(state, compared={**state.compared, name: now})
     best = choose(found)
-    if best is None or best.id == name or not _replaces(best, name, found, state):
+    if best is None or best.id == name or not _is_better(best, name, found, state):
         return state
-    return _swapped(state, name, best, _compared(rest, others, found))
+    return _swap(state, name, best, _comparison(rest, others, found))
 
 
-def _unstuck(own: Trial, state: Search, rest: Fit, records: Sequence[Record]) -> Trial:
-    """The trial of a name that is in place or, where that has stuck, the fit that the name has.
-
-    A trial that sticks says nothing against a name that fits.
-    """
-    stuck = own.excess > state.excess + 10.0
+def _replace_stuck(own: Trial, state: Search, rest: Fit, records: Sequence[Record]) -> Trial:
+    """The trial of a name or, where that ended in a worse local minimum, the fit that the name has."""
+    stuck = own.excess > state.excess + CHANCE.slack
     return trial_of(state.fit, own.id, rest, records, own.screened) if stuck else own
 
 
-def _swapped(state: Search, name: str, better: Trial, compared: Compared) -> Search:
+def _swap(state: Search, name: str, better: Trial, compared: Compared) -> Search:
     move = Move(
         kind="swap",
         name=f"{name_of(name)} → {better.name}",
@@ -293,25 +302,27 @@ def _swapped(state: Search, name: str, better: Trial, compared: Compared) -> Sea
     )
 
 
-def _compared(start: Fit, beside: Sequence[str], found: Sequence[Trial]) -> Compared:
+def _comparison(start: Fit, beside: Sequence[str], found: Sequence[Trial]) -> Compared:
     return Compared(without=start, start=start, beside=tuple(beside), rivals=tuple(found))
 
 
-def _dropped(state: Search, name: str, rest: Fit) -> Search:
+def _drop(state: Search, name: str, rest: Fit) -> Search:
     after = excess_of(rest)
     move = Move(kind="drop", name=name_of(name), excess_before=state.excess, excess_after=after, rivals=())
     names = tuple(n for n in state.names if n != name)
     return replace(state, fit=rest, names=names, excess=after, moves=(*state.moves, move))
 
 
-def _replaces(best: Trial, name: str, found: Sequence[Trial], state: Search) -> bool:
+def _is_better(best: Trial, name: str, found: Sequence[Trial], state: Search) -> bool:
     """Whether another name fits clearly better than the one in place, or as well and is simpler."""
     simpler = any(complexity(best) < complexity(t) for t in found if t.id == name)
-    return simpler or best.excess < state.excess - tolerance(best) - 10.0
+    return simpler or best.excess < state.excess - tolerance(best) - CHANCE.slack
 
 
-def _without(fit: Fit, name: str, records: Sequence[Record]) -> Fit | None:
+def fit_without(fit: Fit, name: str, records: Sequence[Record]) -> Fit | None:
     """The model fitted again without one of its elements; None where it can't run so."""
     with suppress(SimulationError):
-        return fit_records(fit.model.without(name), records, max_iterations=FIT_ITERATIONS, tolerance=FLAT)
+        return fit_records(
+            fit.model.without(name), records, max_iterations=BUDGET.fit_iterations, tolerance=BUDGET.flat
+        )
     return None

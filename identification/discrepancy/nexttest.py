@@ -1,4 +1,4 @@
-"""The next test: of many that the rig has room for, the one on which the best explanation and its rival differ most."""
+"""The next test: the one within the rig's limits on which the best explanation and its rival differ most."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from excitation.plan import test_from_config
 from identification.compute import run, run_here
+from identification.criteria import CHANCE, TEXT
 from identification.discrepancy.explanation import NextTest
 from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import orthonormal
@@ -27,78 +28,72 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Imagined = tuple[Mapping[str, Any], Record]  # a design and the record that its run would give
 
-_TELLS = 0.1  # of the noise: two models that differ less on a test are the same there
-_BRIEF_S = 4.0  # of motion: what is shorter still costs as much, for the ramps and the settling
-_LONG_S = 60.0  # of motion: no single test may ask for more
-_SAME = 0.05  # motions that differ less in every respect are one test
-_SHORT_S = 15.0  # of motion: where nothing is suspected, no more is asked for
 
-
-def propose(found: Search, doubted: str | None, records: Sequence[Record]) -> NextTest:
-    """The design, within the motion that the rig has shown, that splits the name most in doubt from its best rival.
+def propose(found: Search, uncertain: str | None, records: Sequence[Record]) -> NextTest:
+    """The design, within the motion that the rig has shown, that separates the least certain name from its best rival.
 
     Its worth is ‖(I − QQᵀ)(F_a − F_b)‖ over the data there are and the new run, whitened: the difference that no refit
     of the rival could absorb (T-optimality, Atkinson & Fedorov, 1975), rms over the run, by the second of motion: what
     is left is mostly far above the noise, and rig time is what it costs. None is among the records that were fitted;
     one that was kept back may be asked for again. A name without a rival is set against the model without it; where
-    nothing was named, the design is the one least like the runs so far.
+    nothing was named, the design is the one that differs most from the runs so far.
     """
-    pair = _apart(found, doubted)
+    pair = _models_to_tell_apart(found, uncertain)
     if pair is None:
-        return _explore(_unseen(records), records)
+        return _explore(_new_tests(records), records)
     best, rival, words = pair
-    unseen, worth = _unseen(records), list[tuple[float, Mapping[str, Any]]]()
+    unseen, worth = _new_tests(records), list[tuple[float, Mapping[str, Any]]]()
     with suppress(SimulationError):
         known = _known(best, rival, records)
         values = run(partial(_worth, best, rival, known), [record for _, record in unseen])
         worth = [(value, config) for value, (config, _) in zip(values, unseen, strict=True) if value is not None]
     if not worth:
         return _explore(unseen, records)
-    if max(value for value, _ in worth) < _TELLS:
+    if max(value for value, _ in worth) < CHANCE.unnoticed:
         return NextTest(text=f"no test within the motion seen so far {words}: repeat the run that showed it")
-    rms, config = max(worth, key=lambda w: w[0] / max(_seconds(w[1]), _BRIEF_S))
+    rms, config = max(worth, key=lambda w: w[0] / max(_seconds(w[1]), TEXT.least_test_s))
     return NextTest(
         text=f"{_words(config)} {words}: there the two models differ by {rms:.2g} × the noise after any refit",
         design=config,
     )
 
 
-def _apart(found: Search, doubted: str | None) -> tuple[Model, Model, str] | None:
-    """The two models that a test should split, and what it would tell."""
-    rivals = _rivals(found, doubted)
+def _models_to_tell_apart(found: Search, uncertain: str | None) -> tuple[Model, Model, str] | None:
+    """The two models that a test should tell apart, and what it would show."""
+    rivals = _rivals(found, uncertain)
     if len(rivals) > 1:
         one, other = (r.own.spec.title for r in rivals)
         return rivals[0].fit.model, rivals[1].fit.model, f"tells {one} from {other}"
-    if doubted is None:
+    if uncertain is None:
         return None
-    without = found.fit.model.without(doubted)
-    return found.fit.model, without, f"bears out {found.fit.model.element(doubted).spec.title}"
+    without = found.fit.model.without(uncertain)
+    return found.fit.model, without, f"confirms {found.fit.model.element(uncertain).spec.title}"
 
 
 def _explore(unseen: Sequence[Imagined], records: Sequence[Record]) -> NextTest:
-    """Of the short tests the one least like any run so far in speed, stroke and level of current."""
-    designs = [d for d in unseen if _seconds(d[0]) <= _SHORT_S] or list(unseen)
+    """Of the short tests the one that differs most from all runs so far in speed, stroke and level of current."""
+    designs = [d for d in unseen if _seconds(d[0]) <= TEXT.short_test_s] or list(unseen)
     if not designs:
         return NextTest()
-    config, _ = max(designs, key=lambda d: min(_unlike(d[1], r) for r in records))
-    return NextTest(text=f"{_words(config)} is least like the runs so far: what they can't show may show there",
+    config, _ = max(designs, key=lambda d: min(_difference_of_motion(d[1], r) for r in records))
+    return NextTest(text=f"{_words(config)} differs most from the runs so far and may show further effects",
                     design=config)  # fmt: skip
 
 
-def _unseen(records: Sequence[Record]) -> list[Imagined]:
+def _new_tests(records: Sequence[Record]) -> list[Imagined]:
     """The tests of the library that are not among the records, each with the record that it would give."""
-    designs = [d for d in library(records) if _seconds(d) <= _LONG_S]
-    imagined = [(d, _imagined(d, records)) for d in designs]
-    return [(d, new) for d, new in imagined if all(_unlike(new, r) > _SAME for r in records)]
+    designs = [d for d in library(records) if _seconds(d) <= TEXT.longest_test_s]
+    imagined = [(d, _expected_record(d, records)) for d in designs]
+    return [(d, new) for d, new in imagined if all(_difference_of_motion(new, r) > TEXT.same_motion for r in records)]
 
 
-def _unlike(one: Record, other: Record) -> float:
+def _difference_of_motion(one: Record, other: Record) -> float:
     """How far two motions lie apart in speed, stroke (logarithms of the rms), peak speed over rms, and mean current."""
-    first, second = (_kind_of_motion(r) for r in (one, other))
+    first, second = (_features_of_motion(r) for r in (one, other))
     return float(np.max(np.abs(first - second)))
 
 
-def _kind_of_motion(record: Record) -> Floats:
+def _features_of_motion(record: Record) -> Floats:
     motion, window = record.motion, record.window
     x, v, i = motion.x[window], motion.v[window], motion.i[window]
     peak = np.max(np.abs(v)) / np.std(v)
@@ -110,11 +105,11 @@ def _seconds(config: Mapping[str, Any]) -> float:
     return excitation.samples / excitation.sample_rate_hz
 
 
-def _rivals(found: Search, doubted: str | None) -> list[Trial]:
-    """The trial of the name in doubt and the best of the others; where no name held, the best two of the last."""
-    if doubted is not None:
-        tried = [t for t in found.compared[doubted].rivals if t.id == doubted or t.id not in found.names]
-        return sorted(tried, key=lambda t: (t.id != doubted, t.excess))[:2]
+def _rivals(found: Search, uncertain: str | None) -> list[Trial]:
+    """The trial of the uncertain name and the best of the others; where no name held, the best two of the last."""
+    if uncertain is not None:
+        tried = [t for t in found.compared[uncertain].rivals if t.id == uncertain or t.id not in found.names]
+        return sorted(tried, key=lambda t: (t.id != uncertain, t.excess))[:2]
     adds = [m for m in found.moves if m.rivals]
     return sorted(adds[-1].rivals, key=lambda t: t.excess)[:2] if adds else []
 
@@ -197,7 +192,7 @@ def _worth(best: Model, rival: Model, known: _Known, new: Record) -> float | Non
     return float(np.sqrt(np.mean(left[-apart.size :] ** 2)))
 
 
-def _imagined(config: Mapping[str, Any], records: Sequence[Record]) -> Record:
+def _expected_record(config: Mapping[str, Any], records: Sequence[Record]) -> Record:
     """The record that a run of the design would give, without its force."""
     excitation = test_from_config(dict(config)).excitation
     period = excitation.period_samples if excitation.samples >= 2 * excitation.period_samples else 0

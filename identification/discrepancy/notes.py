@@ -1,4 +1,4 @@
-"""What the reader of a report should know of the runs: how they were read, and what they could not have shown."""
+"""Notes of a report: how each run was processed, and which effects the runs could not show."""
 
 from __future__ import annotations
 
@@ -6,19 +6,16 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from identification.criteria import FORM, TEXT
 from identification.discrepancy.explanation import Traces
 from identification.errors import SimulationError
 from identification.physical.accuracy import numerical_error
 from identification.physical.model import Model
 from identification.record import Record
 
-_TARED_APART = 0.3  # scatter of the runs' mean residuals over the gap beyond which it deserves a warning
-_COARSE = 0.5  # of the noise: a numerical error beyond it could be taken for an effect
-_STEADY = 0.02  # swing of a current, as a share of it, that moves nothing
-
 
 def finer(base: Model, fitted: Model) -> list[str]:
-    """What the base's own curves were found to be finer than their canonical form."""
+    """The finer shapes that the base's own curves were found to have."""
     return [
         f"{e.spec.title} of the base: {spec.name} = {p.value:.3g} {spec.unit}, where its canonical form jumps"
         for e in fitted.elements
@@ -29,23 +26,23 @@ def finer(base: Model, fitted: Model) -> list[str]:
 
 
 def unnamed(base: Model, final: Model, names: Collection[str]) -> list[str]:
-    """What the model has of how another element departs from the ideal, and no name (by id) says."""
+    """Elements of the model that only describe how another departs from its ideal, and are not named (by id)."""
     own = [e for e in final.elements if e.id not in names and e.id not in base.ids]
     said = [e.spec.departure.words(e.values()) for e in own if e.spec.departure is not None]
     return [f"{words}: in the model, no effect of its own" for words in said]
 
 
 def coarse(model: Model, records: Sequence[Record]) -> list[str]:
-    """A warning for each record on which the solver's own error is not small beside the noise, or can't be told."""
+    """A warning for each record on which the numerical error is not small beside the noise, or can't be estimated."""
     notes = []
     for r in records:
         try:
             error = numerical_error(model, r.motion).force[r.window]
         except SimulationError as failed:
-            notes.append(f"{r.name}: the numerical error can't be told, half a step fails: {failed}")
+            notes.append(f"{r.name}: the numerical error can't be estimated, half a step fails: {failed}")
             continue
         rms = float(np.sqrt(np.mean(error**2)))
-        if rms > _COARSE * r.sigma:
+        if rms > TEXT.coarse * r.sigma:
             notes.append(
                 f"{r.name}: one step a sample leaves a numerical error of {rms:.3g} N beside a noise of "
                 f"{r.sigma:.3g} N; a higher sample rate would lower it"
@@ -58,7 +55,7 @@ def tared_apart(traces: Sequence[Traces]) -> list[str]:
     rest = [t.record.measured - t.final for t in traces]
     means = np.array([float(np.mean(e)) for e in rest])
     gap = float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
-    if len(traces) < 3 or float(np.std(means)) < _TARED_APART * gap:
+    if len(traces) < 3 or float(np.std(means)) < FORM.minor * gap:
         return []
     low, high = int(np.argmin(means)), int(np.argmax(means))
     return [
@@ -70,11 +67,11 @@ def tared_apart(traces: Sequence[Traces]) -> list[str]:
 def _one_frequency(records: Sequence[Record]) -> bool:
     spreads = [(float(np.std(r.motion.v[r.window])), float(np.std(r.motion.x[r.window]))) for r in records]
     rates = [v / max(x, 1e-300) for v, x in spreads]
-    return max(rates) < 1.1 * min(rates)
+    return max(rates) < TEXT.same_frequency * min(rates)
 
 
 def of_runs(train: Sequence[Record], held: Sequence[Record]) -> list[str]:
-    """How each run was read, and what these runs could not have shown."""
+    """How each run was processed, and which effects these runs could not show."""
     notes = [f"{r.name}: {r.route}" for r in train] + [f"{r.name} (held out): {r.route}" for r in held]
     notes += [f"{r.name}: {note}" for r in (*train, *held) for note in r.notes]
     every = [*train, *held]
@@ -84,7 +81,7 @@ def of_runs(train: Sequence[Record], held: Sequence[Record]) -> list[str]:
         )
     if not any(r.has_current for r in every):
         notes.append("no run has a control current: effects on the control path could not have shown")
-    elif not any(np.ptp(r.motion.i[r.window]) > _STEADY * np.max(np.abs(r.motion.i)) for r in every):
+    elif not any(np.ptp(r.motion.i[r.window]) > TEXT.steady * np.max(np.abs(r.motion.i)) for r in every):
         notes.append("the current is constant in every run: lags and hysteresis of the control could not have shown")
     if not any(r.has_temperature for r in every):
         notes.append("no run has a temperature: a fade with temperature could not have shown")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from identification.discrepancy.checks import check_model, check_runs
-from identification.discrepancy.holdout import keep_back
+from identification.discrepancy.holdout import hold_out
 from identification.physical.literature import no_force
 from identification.physical.model import Model
 from identification.record import Record, on_top_of_simulation, record_from_run, same_load_cell
@@ -21,6 +21,6 @@ def prepared(
     if model is None:
         records = [on_top_of_simulation(r, q) for r, q in zip(records, (*runs, *(held_out or ())), strict=True)]
         model = no_force("the given simulation")
-    train, held = (records[: len(runs)], records[len(runs) :]) if held_out else keep_back(records)
+    train, held = (records[: len(runs)], records[len(runs) :]) if held_out else hold_out(records)
     check_model(model, [*train, *held])
     return model, train, held

@@ -1,4 +1,4 @@
-"""The search from more than one start: a climb may take a wrong name up, or stand on a base that has bent too far."""
+"""The search from several starts, because one may add a wrong name or use a badly fitted base."""
 
 from __future__ import annotations
 
@@ -7,62 +7,68 @@ from dataclasses import replace
 
 import numpy as np
 
+from identification.criteria import FORM
 from identification.discrepancy.excess import excess_of
-from identification.discrepancy.naming import CLOSES, Search, climbed, explains, grown, proven, taken_up, worth_more
-from identification.discrepancy.trials import HELPS, choose
+from identification.discrepancy.naming import (
+    Search,
+    add_name,
+    drop_unproven,
+    explains,
+    gap_remains,
+    improve_once,
+    search_from,
+)
+from identification.discrepancy.trials import choose
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.fitting.refine import refine_curves, shaped_like
+from identification.fitting.refine import refine_curves, with_shapes_of
 from identification.physical.model import Model, Parameter
 from identification.record import Record
-
-_NEAR = 3.0  # times its given value, up or down: a parameter of the base that goes farther has bent to hide the gap
 
 
 def search(
     given: Model, base: Fit, records: Sequence[Record], *, on_progress: Callable[[str], None] | None = None
 ) -> Search:
-    """Name what `base` is missing on `records` (compact), from other starts too where the first leaves something."""
-    say = on_progress or (lambda text: None)
-    bare = _bare(given, base, records)
-    last = climbed(bare, records, say)
-    found = proven(last, records)
-    starts = _elsewhere(last, given, base, records)
-    while worth_more(found, records) and (another := next(starts, None)) is not None:
+    """Name what `base` is missing on `records` (compact); from other starts too where a gap remains after the first."""
+    report = on_progress or (lambda text: None)
+    last = search_from(start_state(given, base, records), records, report)
+    found = drop_unproven(last, records)
+    starts = other_starts(last, given, base, records)
+    while gap_remains(found, records) and (another := next(starts, None)) is not None:
         text, start = another
-        say(f"something is left: looking once more, {text}")
-        other = proven(climbed(start, records, say), records)
-        if _better(other, found, records):
-            found = _freed(other, given)
+        report(f"a gap remains: searching again {text}")
+        other = drop_unproven(search_from(start, records, report), records)
+        if is_better(other, found, records):
+            found = restore_limits(other, given)
     return found
 
 
-def _better(other: Search, found: Search, records: Sequence[Record]) -> bool:
-    """Whether other names explain much more, and all that matters where those found explain most of it already."""
-    whole = not explains(found) or not worth_more(other, records)
-    return whole and explains(other) and other.excess < (1.0 - CLOSES) * found.excess
+def is_better(other: Search, found: Search, records: Sequence[Record]) -> bool:
+    """Whether other names explain much more; where those found explain most of the gap, also all that matters of it."""
+    whole = not explains(found) or not gap_remains(other, records)
+    return whole and explains(other) and other.excess < (1.0 - FORM.closes) * found.excess
 
 
-def _bare(given: Model, base: Fit, records: Sequence[Record]) -> Search:
+def start_state(given: Model, base: Fit, records: Sequence[Record]) -> Search:
     """The state without a name, with the finer shapes that the base's own curves need."""
-    if worth_more(Search(fit=base, names=(), excess=excess_of(base), given=given), records):
+    if gap_remains(Search(fit=base, names=(), excess=excess_of(base), given=given), records):
         base = refine_curves(base, records)
     start = excess_of(base)
-    return Search(fit=base, names=(), excess=start, given=shaped_like(given, base.model), base_excess=start)
+    return Search(fit=base, names=(), excess=start, given=with_shapes_of(given, base.model), base_excess=start)
 
 
-def _elsewhere(last: Search, given: Model, base: Fit, records: Sequence[Record]) -> Iterator[tuple[str, Search]]:
-    """Other starts: where the names come near, what was likely beside the last of them, or the first; and the base held
+def other_starts(last: Search, given: Model, base: Fit, records: Sequence[Record]) -> Iterator[tuple[str, Search]]:
+    """Where the names explain the gap, the second choice at the last and at the first of them; and the base limited to
     near its given values, where its refit has left them and one name then closes much."""
     steps = _steps(last) if explains(last) else []
     for before, after in (*steps[:1], *steps[1:][-1:]):
-        second = _second(before, after, last.names, records)
+        second = _second_choice(before, after, last.names, records)
         if second is not None and frozenset(second.names) != last.dead_end:
             yield f"with {second.fit.model.element(second.names[-1]).spec.title}", second
-    held = _held(given)
-    if _leaves(base.model, held):
-        near = replace(_bare(held, fit_records(held, records), records), base_excess=last.base_excess)
-        first = grown(near, records)
-        if first is not None and first.excess < (1.0 - CLOSES) * near.excess:
+    held = limit_base(given)
+    if _is_outside(base.model, held):
+        near = replace(start_state(held, fit_records(held, records), records), base_excess=last.base_excess)
+        first = improve_once(near, records)
+        if first is not None and first.excess < (1.0 - FORM.closes) * near.excess:
             yield "with the base near its given values", first
 
 
@@ -75,36 +81,36 @@ def _steps(last: Search) -> list[tuple[Search, Search]]:
     return steps
 
 
-def _second(before: Search, after: Search, led: Sequence[str], records: Sequence[Record]) -> Search | None:
-    """The state with the likeliest of the other names that were tried there, but for those that `led` nowhere."""
+def _second_choice(before: Search, after: Search, tried: Sequence[str], records: Sequence[Record]) -> Search | None:
+    """Add the best of the rivals of that step instead, except the names in `tried`; None where none closes enough."""
     move = after.moves[len(before.moves)]
-    chosen = choose([t for t in move.rivals if t.id not in led])
-    if chosen is None or chosen.closed < HELPS * before.excess:
+    chosen = choose([t for t in move.rivals if t.id not in tried])
+    if chosen is None or chosen.closed < FORM.helps * before.excess:
         return None
-    return taken_up(before, chosen, move.rivals, records)
+    return add_name(before, chosen, move.rivals, records)
 
 
-def _held(given: Model) -> Model:
-    """The model with every free parameter that has a value kept near it."""
-    elements = [replace(e, parameters=tuple(_near(p) for p in e.parameters)) for e in given.elements]
+def limit_base(given: Model) -> Model:
+    """Limit every free parameter of the base to near its given value, where that is not zero."""
+    elements = [replace(e, parameters=tuple(_limit(p) for p in e.parameters)) for e in given.elements]
     return replace(given, elements=tuple(elements))
 
 
-def _near(p: Parameter) -> Parameter:
+def _limit(p: Parameter) -> Parameter:
     if p.fixed or p.value == 0.0:
         return p
-    low, high = sorted((p.value / _NEAR, p.value * _NEAR))
+    low, high = sorted((p.value / FORM.disproportionate, p.value * FORM.disproportionate))
     return replace(p, low=low if p.low is None else max(low, p.low), high=high if p.high is None else min(high, p.high))
 
 
-def _leaves(model: Model, held: Model) -> bool:
+def _is_outside(model: Model, held: Model) -> bool:
     low, high = held.bounds()
     values = model.values()
     return bool(np.any((values < low) | (values > high)))
 
 
-def _freed(found: Search, given: Model) -> Search:
-    """The state with the limits that the base came with."""
+def restore_limits(found: Search, given: Model) -> Search:
+    """Give the base the limits back that it came with."""
     model = found.fit.model
     for own in given.elements:
         pairs = zip(model.element(own.id).parameters, own.parameters, strict=True)

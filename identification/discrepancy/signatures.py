@@ -10,16 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.compute import run
+from identification.criteria import CHANCE
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import Evaluation, evaluate, free_parameters
+from identification.fitting.leastsquares import evaluate, free_parameters
 from identification.physical.model import Element, Model
 from identification.physical.predict import predict
 from identification.record import Record
 
 Floats = NDArray[np.float64]
-
-_RANK = 1e-7  # directions of the tangent weaker than this share of the strongest are rounding
-_VISIBLE = 1e-3  # a signature of which less than this share is its own can't be told from a refit
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,19 +62,19 @@ def orthonormal(columns: Floats) -> Floats:
         return columns
     for _ in range(2):  # a Gram matrix squares the condition: the second pass restores orthogonality
         values, vectors = np.linalg.eigh(columns.T @ columns)
-        keep = values > _RANK**2 * values[-1]
+        keep = values > CHANCE.rank**2 * values[-1]
         columns = columns @ (vectors[:, keep] / np.sqrt(values[keep]))
     return columns
 
 
 def signature(model: Model, trial: Element, records: Sequence[Record], at: Tangent) -> Signature:
     """Share of the residual that the trial, in its best strength and nearby shape, would explain."""
-    grown = model.with_element(trial)
-    own = free_parameters(grown, records) & np.array([e.id not in model.ids for e, _ in grown.slots()])
+    extended = model.with_element(trial)
+    own = free_parameters(extended, records) & np.array([e.id not in model.ids for e, _ in extended.slots()])
     columns = []
     try:
         for record, base, weight in zip(records, at.base, at.weights, strict=True):
-            force, gradient = predict(grown, record, gradient=own)
+            force, gradient = predict(extended, record, gradient=own)
             assert gradient is not None
             with np.errstate(over="ignore", invalid="ignore"):
                 columns.append(weight * np.column_stack([force - base, gradient]))
@@ -85,13 +83,13 @@ def signature(model: Model, trial: Element, records: Sequence[Record], at: Tange
     stacked = np.concatenate(columns)
     with np.errstate(over="ignore", invalid="ignore"):
         norms = np.linalg.norm(stacked, axis=0)
-    sane = (norms > 0.0) & (norms < np.inf)  # a shape at the edge of what it bears may run away
+    sane = (norms > 0.0) & (norms < np.inf)  # a shape on its limit may run away
     stacked = stacked[:, sane] / norms[sane]
     if stacked.shape[1] == 0:
         return Signature(trial, 0.0, 0.0)
     left = at.project(stacked)
     visible = np.linalg.norm(left, axis=0)
-    left = left[:, visible > _VISIBLE]
+    left = left[:, visible > CHANCE.visible]
     if left.shape[1] == 0:
         return Signature(trial, 0.0, float(np.max(visible)))
     basis = orthonormal(left)
@@ -100,7 +98,7 @@ def signature(model: Model, trial: Element, records: Sequence[Record], at: Tange
 
 
 def screen(model: Model, trials: Sequence[Element], records: Sequence[Record], at: Tangent) -> list[Signature]:
-    """Signatures of all trials, the most telling first."""
+    """Signatures of all trials, the largest share first."""
     found = run(partial(signature, model, records=records, at=at), trials)
     return sorted(found, key=lambda s: -s.share)
 
@@ -111,8 +109,3 @@ def _stack(columns: Sequence[Floats], weights: Sequence[float]) -> Floats:
 
 def _stack_one(residuals: Sequence[Floats], weights: Sequence[float]) -> Floats:
     return np.concatenate([w * r for w, r in zip(weights, residuals, strict=True)])
-
-
-def whitened(evaluation: Evaluation, records: Sequence[Record]) -> Floats:
-    """Residuals of an evaluation in units of each record's noise, (M,)."""
-    return _stack_one(evaluation.residuals, [1.0 / r.sigma for r in records])

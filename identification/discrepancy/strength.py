@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.criteria import CHANCE, FORM
 from identification.discrepancy.signatures import orthonormal
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters
@@ -16,17 +17,13 @@ from identification.record import Record
 
 Floats = NDArray[np.float64]
 
-_ENOUGH = 5  # runs that see an effect, of which one may be odd
-_DECIDES = 0.3  # share of what all know of a strength: who knows more than this is not the odd one
-_SEES = 1e-3  # of what the best record knows of a strength: less is no second opinion
-
 
 def strengths(model: Model, name: str, records: Sequence[Record]) -> tuple[Floats, Floats]:
     """Strength of an element, by its id, in every record, relative to the common fit, and its precision, (R,) each.
 
     λ_r = 1 + s⊥·r / s⊥·s⊥ over the samples of record r, with s⊥ the element's contribution less all that the other
-    parameters could absorb; the precision is 1/variance. Where the model can't run without the element, nothing is
-    known of it.
+    parameters could absorb; the precision is 1/variance, zero where the model can't run without the
+    element.
     """
     without = model.without(name)
     free = free_parameters(without, records)
@@ -54,13 +51,13 @@ def strengths(model: Model, name: str, records: Sequence[Record]) -> tuple[Float
 
 
 def seen_by(precision: Floats) -> int:
-    """Number of records that know something of a strength."""
-    return int(np.sum(_knows(precision)))
+    """Number of records that see an effect."""
+    return int(np.sum(_is_seen(precision)))
 
 
 def spread_of(values: Floats, precision: Floats) -> float:
-    """Scatter of strengths beyond their noise, weighted by what each record knows of it."""
-    known = _knows(precision)
+    """Scatter of strengths beyond their noise, weighted by the precision of each record."""
+    known = _is_seen(precision)
     if np.sum(known) < 2:
         return 0.0
     v, w = values[known], precision[known]
@@ -70,16 +67,16 @@ def spread_of(values: Floats, precision: Floats) -> float:
 
 
 def without_the_oddest(values: Floats, precision: Floats) -> tuple[Floats, Floats]:
-    """The strengths but for the one farthest off, where enough are left and it does not decide the common one."""
-    known = np.flatnonzero(_knows(precision))
-    if known.size < _ENOUGH:
+    """The strengths without the one farthest from the median, where enough remain and it does not dominate the mean."""
+    known = np.flatnonzero(_is_seen(precision))
+    if known.size < FORM.enough_runs:
         return values, precision
     away = precision[known] * (values[known] - np.median(values[known])) ** 2
     odd = known[int(np.argmax(away))]
-    if precision[odd] > _DECIDES * np.sum(precision[known]):
+    if precision[odd] > FORM.minor * np.sum(precision[known]):
         return values, precision
     return np.delete(values, odd), np.delete(precision, odd)
 
 
-def _knows(precision: Floats) -> NDArray[np.bool_]:
-    return np.asarray(precision > _SEES * np.max(precision, initial=0.0))
+def _is_seen(precision: Floats) -> NDArray[np.bool_]:
+    return np.asarray(precision > CHANCE.visible * np.max(precision, initial=0.0))

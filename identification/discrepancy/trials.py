@@ -1,4 +1,4 @@
-"""Trials of a name: the element inserted, everything fitted again, and the best name among those that were tried."""
+"""Trials of a name: the element is inserted and everything fitted again; the best name among those that were tried."""
 
 from __future__ import annotations
 
@@ -10,38 +10,17 @@ from functools import partial
 import numpy as np
 
 from identification.compute import run
-from identification.discrepancy.candidates import admissible, guesses, outgrown
+from identification.criteria import BUDGET, CHANCE, FORM
+from identification.discrepancy.candidates import admissible, guesses, richer_starts
 from identification.discrepancy.excess import contribution, excess_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.fitting.refine import FIT_ITERATIONS, FLAT, refined
+from identification.fitting.refine import refine_curve
 from identification.physical.elements import Curve, ElementSpec, Surroundings
 from identification.physical.model import Element, Model
 from identification.record import Record
 from identification.scales import scales_of
-
-HELPS = 0.08  # of the excess: less is no help even from one name of several
-FULFILS = 0.5  # of its promise: a sprint that closes less has stuck
-_SHORTLIST = 6
-_A_FEW, _MOST = 2, 0.6  # records that a sprint looks at, at least, and the share of the gap that they hold
-_SPRINT = 5  # iterations after which a candidate far behind the best is given up
-_GLANCE = 2  # iterations on all records of what has been given up
-_FAR = 5.0  # times the least excess
-_NEARLY = 0.1  # of the excess: a sprint that leaves no more may lead once its finer shape is free
-_BEHIND = 0.5  # of what the best has closed: a sprint that has closed less will not lead
-_RUN_ON = 2  # sprints at most
-_CLOSE = 1.5  # times the least: of several sprints with one element, those that are worth running on
-_PROMISES = 0.5  # of what the best has closed: a stuck sprint whose signature promises less is given up
-_DEAD = 0.98  # of the excess: a fit that leaves more has lost its element
-_SAME = 0.01  # of the excess: two sprints whose forces differ by less have come to the same place
-_RIVALS = 0.6  # of the promise of the name that is in place: less can't replace it
-_AT_NOISE = 0.02  # excess over noise energy at which no other start need be tried
-_ALIKE = 0.05  # share of what an element closes by which its form may miss: two that differ by less are alike
-_ALIKE_WITHIN = 0.075  # the same where the simpler is a case of the richer, which can take any form
-_BUILD_UP = 0.02  # the same for how friction builds up, which both forms of friction follow
-_MISSES = 0.3  # or this share of what the best of them leaves, where no form fits well
-_OVERPOWERS = 3.0  # times the measured force
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +32,7 @@ class Trial:
     excess: float  # whitened residual energy beyond the noise
     contribution: float  # whitened energy of what the element adds
     parameters: int
-    screened: float  # the share its signature promised
+    screened: float  # the share of the residual that its signature explains
     closed: float  # whitened energy by which it lowers the excess
     measured: float  # whitened energy of the measured force
     force: float  # the measured force, N rms
@@ -72,13 +51,13 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class _Candidate:
-    """Guesses of one element, by its id, with the share of the residual that each promises, the most first, and what
-    the first sprints to; `beside` is a model as it was fitted with the like of it in place."""
+    """First values of one element, by its id, each with the share of the residual that its signature explains, the
+    largest first; the short fit from the first of them; and in `beside` a fitted model with a similar element."""
 
     id: str
     starts: Sequence[tuple[float, Element]]
     beside: Sequence[Model]
-    sprint: Fit
+    short_fit: Fit
 
     @property
     def promised(self) -> float:
@@ -87,30 +66,32 @@ class _Candidate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Round:
-    """What all candidates start from, and how far the best of them has come."""
+    """What all candidates start from, and what the best of them leaves."""
 
     start: Fit
     given: Model
     records: Sequence[Record]
-    few: Sequence[Record]  # those that tell most: the sprints look at them alone
+    few: Sequence[Record]  # the most informative: short fits use only these
     before: float  # excess on the few
-    best: float  # the same after the best sprint
+    best: float  # the same after the best short fit
 
     @property
     def reach(self) -> float:
-        """The share of the excess within which a candidate may still lead."""
-        noise = _AT_NOISE * sum(r.measured.size for r in self.few)
-        far = max(_FAR * self.best, _FAR * noise, _NEARLY * self.before)
-        return min(far, self.best + _BEHIND * (self.before - self.best), (1.0 - HELPS) * self.before) / self.before
+        """The share of the excess that a candidate may leave and still become the best."""
+        noise = CHANCE.at_noise * sum(r.measured.size for r in self.few)
+        far = max(BUDGET.far_behind * self.best, BUDGET.far_behind * noise, FORM.explained * self.before)
+        half_way = self.best + BUDGET.half_as_good * (self.before - self.best)
+        return min(far, half_way, (1.0 - FORM.helps) * self.before) / self.before
 
-    def near(self, fit: Fit, before: float) -> bool:
+    def is_near(self, fit: Fit, before: float) -> bool:
         return excess_of(fit) <= self.reach * before
 
-    def worth_more(self, candidate: _Candidate) -> bool:
-        """Whether other starts may pay: near the best, or stuck far short of what the signature promised."""
-        closed = 1.0 - excess_of(candidate.sprint) / self.before
-        stuck = candidate.promised >= _PROMISES * (1.0 - self.best / self.before)
-        return self.near(candidate.sprint, self.before) or (stuck and closed < FULFILS * candidate.promised)
+    def needs_more_starts(self, candidate: _Candidate) -> bool:
+        """Whether other starts may help: near the best, or far short of what the signature explains."""
+        closed = 1.0 - excess_of(candidate.short_fit) / self.before
+        promising = candidate.promised >= BUDGET.half_as_good * (1.0 - self.best / self.before)
+        stuck = promising and closed < BUDGET.half_as_good * candidate.promised
+        return stuck or self.is_near(candidate.short_fit, self.before)
 
 
 def trials(
@@ -121,79 +102,80 @@ def trials(
     incumbent: str | None = None,
     beside: Model | None = None,
     least: float = 0.0,
-    but: Collection[str] = (),
+    excluded: Collection[str] = (),
 ) -> list[Trial]:
     """The shortlist: elements whose signatures explain most of the residual, each inserted and fitted.
 
-    All run a few iterations on the records that tell most; those that are then far behind run no further. With an
-    `incumbent`, an id, only what promises nearly as much as that element does is tried: nothing, when it leads alone;
-    `beside` is the model as fitted with it, from which one like it starts best. What promises less than the share
-    `least` of the residual is left out, and so are the names in `but`.
+    Each gets a short fit on the most informative records; candidates that are then far behind are not fitted further.
+    With an `incumbent`, an id, only elements whose signatures explain nearly as much as its own are tried: none, where
+    it is the only one; `beside` is the model as fitted with it, a good start for a similar element. Elements that
+    explain less than the share `least` of the residual are left out, and so are the names in `excluded`.
     """
-    top = [(i, s) for i, s in _shortlist(start, records, but) if s[0][0] >= least]
+    top = [(i, s) for i, s in _shortlist(start, records, excluded) if s[0][0] >= least]
     if incumbent is not None:
-        bar = _RIVALS * max((s[0][0] for i, s in top if i == incumbent), default=0.0)
+        bar = BUDGET.half_as_good * max((s[0][0] for i, s in top if i == incumbent), default=0.0)
         top = [(i, s) for i, s in top if s[0][0] >= bar]
         if [i for i, _ in top] == [incumbent]:
             return []
-    few = _telling(start, records)
-    sprints = _sprints([start.model.with_element(starts[0][1]) for _, starts in top], few)
+    few = _most_informative(start, records)
+    short_fits = _short_fits([start.model.with_element(starts[0][1]) for _, starts in top], few)
     candidates = [
-        _Candidate(own_id, starts, _as_fitted(incumbent, beside, starts[0][1]), sprint)
-        for (own_id, starts), sprint in zip(top, sprints, strict=True)
-        if sprint is not None
+        _Candidate(own_id, starts, _fitted_starts(incumbent, beside, starts[0][1]), short_fit)
+        for (own_id, starts), short_fit in zip(top, short_fits, strict=True)
+        if short_fit is not None
     ]
-    leader = min((c.sprint for c in candidates), key=_merit, default=start)
+    leader = min((c.short_fit for c in candidates), key=_merit, default=start)
     before, best = _excess_on(start, records, few), excess_of(leader)
     round_ = _Round(start=start, given=given, records=records, few=few, before=before, best=best)
-    found = [t for t in run(partial(_fitted, its=round_), candidates) if t is not None]
-    return [_grown(t, found, start, records, few) if contradicts_itself(t) else t for t in found]
+    found = [t for t in run(partial(_fit_candidate, its=round_), candidates) if t is not None]
+    return [_fit_from_simpler(t, found, start, records, few) if contradicts_itself(t) else t for t in found]
 
 
-def _as_fitted(incumbent: str | None, beside: Model | None, guess: Element) -> list[Model]:
-    """The model as it was fitted with the incumbent in place, with the guess of another for it."""
+def _fitted_starts(incumbent: str | None, beside: Model | None, guess: Element) -> list[Model]:
+    """The model as fitted with the incumbent, which the guess of another element replaces."""
     if beside is None or incumbent is None:
         return []
     return [beside if guess.id == incumbent else beside.without(incumbent).with_element(guess)]
 
 
-def _grown(
+def _fit_from_simpler(
     denied: Trial, found: Sequence[Trial], start: Fit, records: Sequence[Record], few: Sequence[Record]
 ) -> Trial:
-    """A trial that denies its name once more, out of the simpler element that fits, where there is one."""
+    """Repeat a trial that contradicts its name from the simpler element that fits, where there is one."""
     growth = denied.own.spec.growth
     simpler = [t for t in found if growth is not None and t.name == growth.of]
     if growth is None or not simpler:
         return denied
-    richer = outgrown(simpler[0].own, denied.name, growth, scales_of(records, _gap(start, records)))
+    richer = richer_starts(simpler[0].own, denied.name, growth, scales_of(records, _rms_gap(start, records)))
     starts = [simpler[0].fit.model.replacing(simpler[0].id, replace(e, id=denied.id)) for e in richer]
-    sprints = _sprinted(starts, few)
-    fits = _run_on(sprints, records, FIT_ITERATIONS) if sprints else []
+    short_fits = _completed_short_fits(starts, few)
+    fits = _continue_fits(short_fits, records, BUDGET.fit_iterations) if short_fits else []
     best = min(fits, key=_merit, default=denied.fit)
     return denied if _merit(best)[0] else trial_of(best, denied.id, start, records, denied.screened)
 
 
 def _shortlist(
-    start: Fit, records: Sequence[Record], but: Collection[str]
+    start: Fit, records: Sequence[Record], excluded: Collection[str]
 ) -> list[tuple[str, list[tuple[float, Element]]]]:
-    model, scales = start.model, scales_of(records, _gap(start, records))
-    quick = [replace(r, motion=replace(r.motion, ahead=1.0)) for r in records]  # what is not settled then is in both
+    model, scales = start.model, scales_of(records, _rms_gap(start, records))
+    # What has not settled after this time is in both simulations.
+    quick = [replace(r, motion=replace(r.motion, ahead=BUDGET.settling_s)) for r in records]
     at = tangent(model, quick)
-    names = [n for n in admissible(model, records, scales) if n not in but]
+    names = [n for n in admissible(model, records, scales) if n not in excluded]
     found = screen(model, [model.numbered(g) for n in names for g in guesses(n, scales)], quick, at)
     best: dict[str, list[tuple[float, Element]]] = {}
     for s in found:
         if s.share > 0.0:
             best.setdefault(s.trial.id, []).append((s.share, s.trial))
-    return sorted(best.items(), key=lambda item: -item[1][0][0])[:_SHORTLIST]
+    return sorted(best.items(), key=lambda item: -item[1][0][0])[: BUDGET.shortlist]
 
 
-def _telling(fit: Fit, records: Sequence[Record]) -> list[Record]:
-    """The fewest records that hold most of the gap, two at least: enough to see who leads."""
+def _most_informative(fit: Fit, records: Sequence[Record]) -> list[Record]:
+    """The fewest records that hold most of the gap: enough to rank the candidates."""
     energy = np.array([_excess_on(fit, records, [r]) for r in records])
     order = np.argsort(-energy)
     share = np.cumsum(energy[order]) / max(float(np.sum(energy)), 1e-300)
-    count = max(_A_FEW, int(np.searchsorted(share, _MOST)) + 1)
+    count = max(BUDGET.short_fit_records, int(np.searchsorted(share, BUDGET.short_fit_share)) + 1)
     kept = set(order[:count].tolist())
     return [r for k, r in enumerate(records) if k in kept]
 
@@ -204,47 +186,52 @@ def _excess_on(fit: Fit, records: Sequence[Record], some: Sequence[Record]) -> f
     return sum(float(np.dot(e, e)) / r.sigma**2 - e.size for e, r in pairs)
 
 
-def _sprints(starts: Sequence[Model], few: Sequence[Record]) -> list[Fit | None]:
-    """What each start comes to in a few iterations; None for one that can't run."""
-    return run(partial(_sprint, few=few), starts)
+def _short_fits(starts: Sequence[Model], few: Sequence[Record]) -> list[Fit | None]:
+    """The fit of each start after a few iterations; None for one that can't run."""
+    return run(partial(_short_fit, few=few), starts)
 
 
-def _sprinted(starts: Sequence[Model], few: Sequence[Record]) -> list[Fit]:
-    """The same of those that can run."""
-    return [s for s in _sprints(starts, few) if s is not None]
+def _completed_short_fits(starts: Sequence[Model], few: Sequence[Record]) -> list[Fit]:
+    """The same for those that can run."""
+    return [s for s in _short_fits(starts, few) if s is not None]
 
 
-def _sprint(start: Model, few: Sequence[Record]) -> Fit | None:
+def _short_fit(start: Model, few: Sequence[Record]) -> Fit | None:
     with suppress(SimulationError):
-        return fit_records(start, few, max_iterations=_SPRINT)
+        return fit_records(start, few, max_iterations=BUDGET.short_fit_iterations)
     return None
 
 
-def _gap(fit: Fit, records: Sequence[Record]) -> float:
+def _rms_gap(fit: Fit, records: Sequence[Record]) -> float:
     noise = np.sqrt(np.mean([r.sigma**2 for r in records]))
-    return float(np.sqrt(max(fit.rms**2 - noise**2, (0.1 * noise) ** 2)))
+    return float(np.sqrt(max(fit.rms**2 - noise**2, (CHANCE.unnoticed * noise) ** 2)))
 
 
-def _fitted(candidate: _Candidate, its: _Round) -> Trial | None:
-    """Where more is worth it, go on from the sprint and from what other starts sprint to.
+def _fit_candidate(candidate: _Candidate, its: _Round) -> Trial | None:
+    """Continue the short fit of a candidate and, where it needs them, those of other starts.
 
-    What none of them brings near is only glanced at on all records: it may live in those that no sprint looks at.
+    A candidate that stays far behind gets a few iterations on all records: its effect may be in those that the short
+    fits do not use.
     """
-    full, sprints = its.worth_more(candidate), [candidate.sprint]
+    full, short_fits = its.needs_more_starts(candidate), [candidate.short_fit]
     if full:
-        sprints += _sprinted([*_starts(its.start.model, its.given, candidate.starts), *candidate.beside], its.few)
-        if _dead(min(sprints, key=_merit), its.before):
-            # On a bound each time: the last resort is every guess on the base as given.
-            sprints += _sprinted([its.given.with_element(guess) for _, guess in candidate.starts[1:]], its.few)
-    near = full and its.near(min(sprints, key=_merit), its.before)
-    fits = _run_on(sprints, its.records, FIT_ITERATIONS if near else _GLANCE)
+        short_fits += _completed_short_fits(
+            [*_other_starts(its.start.model, its.given, candidate.starts), *candidate.beside], its.few
+        )
+        if _has_no_effect(min(short_fits, key=_merit), its.before):
+            # All ended on a bound: as the last resort, every guess on the base as given.
+            short_fits += _completed_short_fits(
+                [its.given.with_element(guess) for _, guess in candidate.starts[1:]], its.few
+            )
+    near = full and its.is_near(min(short_fits, key=_merit), its.before)
+    fits = _continue_fits(short_fits, its.records, BUDGET.fit_iterations if near else BUDGET.last_look_iterations)
     if not fits:
         return None
-    if full and not near and its.near(min(fits, key=_merit), excess_of(its.start)):
-        fits = _run_on(fits, its.records, FIT_ITERATIONS) or fits
+    if full and not near and its.is_near(min(fits, key=_merit), excess_of(its.start)):
+        fits = _continue_fits(fits, its.records, BUDGET.fit_iterations) or fits
     if full:
         raw = min(fits, key=_merit)
-        fits.append(refined(raw, raw.model.ids.index(candidate.id), its.records))
+        fits.append(refine_curve(raw, raw.model.ids.index(candidate.id), its.records))
     return trial_of(min(fits, key=_merit), candidate.id, its.start, its.records, candidate.promised)
 
 
@@ -266,51 +253,52 @@ def trial_of(fit: Fit, own_id: str, start: Fit, records: Sequence[Record], scree
     )
 
 
-def _dead(fit: Fit, before: float) -> bool:
-    return excess_of(fit) > _DEAD * before
+def _has_no_effect(fit: Fit, before: float) -> bool:
+    return excess_of(fit) > BUDGET.no_effect * before
 
 
-def _run_on(sprints: Sequence[Fit], records: Sequence[Record], iterations: int) -> list[Fit]:
-    """What the best of the sprints come to on all records, one after the other until one meets the noise."""
-    ranked = _apart(sorted(sprints, key=_merit))
+def _continue_fits(short_fits: Sequence[Fit], records: Sequence[Record], iterations: int) -> list[Fit]:
+    """Continue the best of the short fits on all records, one after the other until one meets the noise."""
+    ranked = distinct(sorted(short_fits, key=_merit))
     fits: list[Fit] = []
-    reach = _CLOSE * max(excess_of(ranked[0]), _AT_NOISE * ranked[0].samples)
-    for sprint in ranked:
-        if fits and (len(fits) == _RUN_ON or _at_noise(min(fits, key=_merit)) or excess_of(sprint) > reach):
+    reach = BUDGET.continued_within * max(excess_of(ranked[0]), CHANCE.at_noise * ranked[0].samples)
+    for fit in ranked:
+        enough = len(fits) == BUDGET.continued_fits or excess_of(fit) > reach
+        if fits and (enough or _at_noise(min(fits, key=_merit))):
             break
         with suppress(SimulationError):
-            fits.append(fit_records(sprint.model, records, max_iterations=iterations, tolerance=FLAT))
+            fits.append(fit_records(fit.model, records, max_iterations=iterations, tolerance=BUDGET.flat))
     return fits
 
 
-def _apart(ranked: Sequence[Fit]) -> list[Fit]:
-    """Those that have come to another place than all better ones."""
+def distinct(ranked: Sequence[Fit]) -> list[Fit]:
+    """Those that simulate something else than all better ones."""
     kept: list[Fit] = []
     for fit in ranked:
-        if not any(_same(fit, better) for better in kept):
+        if not any(_simulate_the_same(fit, better) for better in kept):
             kept.append(fit)
     return kept
 
 
-def _same(fit: Fit, other: Fit) -> bool:
-    """Whether two fits to the same records simulate the same, but for little of what they leave."""
+def _simulate_the_same(fit: Fit, other: Fit) -> bool:
+    """Whether the forces of two fits to the same records differ by little of their residual."""
     pairs = list(zip(fit.residuals, other.residuals, strict=True))
     differ = sum(float(np.sum((a - b) ** 2)) for a, b in pairs)
-    return differ < _SAME * sum(float(np.dot(b, b)) for _, b in pairs)
+    return differ < BUDGET.same_force * sum(float(np.dot(b, b)) for _, b in pairs)
 
 
 def _at_noise(fit: Fit) -> bool:
-    return excess_of(fit) < _AT_NOISE * fit.samples
+    return excess_of(fit) < CHANCE.at_noise * fit.samples
 
 
 def _merit(fit: Fit) -> tuple[bool, float]:
-    """What makes one fit better than another: first that its elements are what their names say, then the misfit."""
+    """Sort key of fits: first whether an element contradicts its name, then the misfit."""
     return any(_denies(e, fit.model) for e in fit.model.elements), fit.chi2
 
 
-def _starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:
-    """Where else to fit from: the refitted base has bent to hide the gap, the base as given has not."""
-    first, others = starts[0], [s for s in starts[1:] if s[0] > 0.5 * starts[0][0]]
+def _other_starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:
+    """Further starts: the refitted base has absorbed part of the gap, the base as given has not."""
+    first, others = starts[0], [s for s in starts[1:] if s[0] > BUDGET.half_as_good * starts[0][0]]
     second = others[0] if others else first
     return [
         given.with_element(first[1]),
@@ -320,8 +308,8 @@ def _starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]])
 
 def choose(found: Sequence[Trial]) -> Trial | None:
     """The simplest of those that explain the data as well as a canonical form can be expected to, if any."""
-    unlike = (on_bound, contradicts_itself, overpowers, is_mistaken)
-    physical = [t for t in found if not any(no(t) for no in unlike)]
+    refusals = (on_bound, contradicts_itself, overpowers, is_mistaken)
+    physical = [t for t in found if not any(no(t) for no in refusals)]
     if not physical:
         return None
     best = min(physical, key=lambda t: t.excess)
@@ -332,14 +320,14 @@ def choose(found: Sequence[Trial]) -> Trial | None:
 def allowance(best: Trial, other: Trial) -> float:
     """Whitened energy by which another may fit worse than the best and still be as likely the cause.
 
-    A fall of friction with speed that takes away half of what friction without it leaves is one: the forms of friction
-    itself differ in how it builds up, and that both have.
+    Friction that falls with speed is the likelier cause where it leaves half of what friction without a fall leaves:
+    how friction builds up, in which the forms of friction differ, is free in both.
     """
-    form = tolerance(best) + 10.0
+    form = tolerance(best) + CHANCE.slack
     falls, steady = best.own.spec, other.own.spec
     if falls.dry_friction and falls.falls_with_speed and steady.dry_friction and not steady.falls_with_speed:
-        built_up = _BUILD_UP**2 * min(best.contribution, best.closed)
-        return min(form, max(built_up, max(best.excess, 0.0) + _AT_NOISE * best.fit.samples))
+        built_up = (FORM.tolerance / 3.0) ** 2 * min(best.contribution, best.closed)
+        return min(form, max(built_up, max(best.excess, 0.0) + CHANCE.at_noise * best.fit.samples))
     return form
 
 
@@ -348,9 +336,9 @@ def tolerance(trial: Trial) -> float:
 
     A share of what the element closes, not of its whole force: most of that may only trade places with the base.
     """
-    alike = _ALIKE_WITHIN if trial.own.spec.takes_any_form else _ALIKE
+    alike = FORM.alike_within if trial.own.spec.takes_any_form else FORM.tolerance
     form = alike**2 * min(trial.contribution, trial.closed)
-    return max(form, _MISSES * max(trial.excess, 0.0))
+    return max(form, FORM.minor * max(trial.excess, 0.0))
 
 
 def complexity(trial: Trial) -> float:
@@ -375,7 +363,7 @@ def overpowers(trial: Trial) -> bool:
     """Whether a force of its own is several times the measured one: most of it then cancels what the base took on."""
     spec = trial.own.spec
     parallel = spec.path == "core" and not spec.modifier
-    return parallel and trial.contribution > _OVERPOWERS**2 * trial.measured
+    return parallel and trial.contribution > FORM.disproportionate**2 * trial.measured
 
 
 def is_mistaken(trial: Trial) -> bool:

@@ -1,4 +1,4 @@
-"""What is judged after the search: which names stand, what each closes, what is left over, and the verdict."""
+"""The verdict after the search: which names are kept, what each closes, and what remains."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.criteria import CHANCE, FORM
 from identification.discrepancy.equation import describe
 from identification.discrepancy.evidence import Evidence, gather
 from identification.discrepancy.excess import (
-    FORM_TOLERANCE,
     excess_of,
+    form_error,
     material_excess,
-    misshapen,
     significant_excess,
 )
 from identification.discrepancy.explanation import Effect, Gaps, Traces, Verdict, gaps_of
@@ -29,17 +29,13 @@ from identification.physical.predict import predict
 from identification.record import Record
 from identification.report.page_data import Profile
 
-_UTTER = 0.4  # below this confidence a name is no name: of the few that were ever stated below it none was right
-_AMBIGUOUS = 0.9  # below this confidence the next test is worth its rig time
 _ONE_RUN = 0.7  # confidence in a hum that no second run can bear out
 _TWO_RUNS = 0.88  # or that only one other does
-_FEW = 2  # training runs: fewer leave too much unseen to say that nothing is missing
-_NEAR_FLOOR = 0.35  # an excess below this share of the noise can't be told from it run by run
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchResult:
-    """What a search found, and the records that it stands on: whole, kept back, and compact without the hum."""
+    """What a search found, and its records: training, held out, and the training records compact and without hum."""
 
     base: Fit
     found: Search
@@ -56,7 +52,7 @@ class SearchResult:
         return self.found.names + ((TONE.name,) if self.hum else ())
 
     @property
-    def most_doubted(self) -> str | None:
+    def least_confident(self) -> str | None:
         """The name with the least confidence; None where there is none."""
         return min(self.evidence, key=lambda e: e.confidence).name if self.evidence else None
 
@@ -75,21 +71,22 @@ class Judgement:
 
     @property
     def repeatable(self) -> bool:
-        """Whether something stays that is no noise."""
+        """Whether something other than noise remains."""
         return self.verdict in (Verdict.UNKNOWN_EFFECT, Verdict.PARTLY_EXPLAINED)
 
 
-def uphold(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence], list[Evidence]]:
-    """The search less the names, one by one, that are too unlikely; the evidence for the rest, and for those."""
+def drop_doubtful(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence], list[Evidence]]:
+    """Drop the names with too little confidence, one by one, and fit the rest again; then the evidence for them, and
+    for those that were dropped."""
     withheld: list[Evidence] = []
     while found.names:
         evidence = gather(found, records)
         weakest = min(evidence, key=lambda e: e.confidence)
-        if weakest.confidence >= _UTTER:
+        if weakest.confidence >= FORM.min_confidence:
             return found, evidence, withheld
         try:
             rest = fit_records(found.fit.model.without(weakest.name), records)
-        except SimulationError:  # it holds the model up
+        except SimulationError:  # the model can't run without it
             return found, evidence, withheld
         names = tuple(n for n in found.names if n != weakest.name)
         found = replace(found, fit=rest, names=names, excess=excess_of(rest))
@@ -98,12 +95,12 @@ def uphold(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evide
 
 
 def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judgement:
-    """What a search comes to, given its model fitted again to the whole records and the traces of every step."""
+    """The judgement of a search, given its model fitted again to the whole records and the traces of every step."""
     train, held = (gaps_of([t for t in traces if t.held_out is kept]) for kept in (False, True))
     verdict = _verdict(result, held)
     residuals = [r.measured - predict(result.base.model, r)[0] for r in result.quiet]
     regions, profiles = locate(residuals, result.quiet)
-    stays = _remainder(verdict, result, regions, train.noise_floor) + _unseen(verdict, held, traces)
+    stays = _remainder(verdict, result, regions, train.noise_floor) + _held_out_remainder(verdict, held, traces)
     nothing = verdict == Verdict.NO_DISCREPANCY
     return Judgement(
         verdict=verdict,
@@ -116,11 +113,11 @@ def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judge
     )
 
 
-def in_doubt(judged: Judgement, runs: int) -> bool:
+def test_is_worthwhile(judged: Judgement, runs: int) -> bool:
     """Whether a further test is worth its rig time after so many training runs."""
     if judged.verdict == Verdict.NO_DISCREPANCY:
-        return runs < _FEW
-    return judged.verdict != Verdict.EXPLAINED or any(e.confidence < _AMBIGUOUS for e in judged.effects)
+        return runs < FORM.few_runs
+    return judged.verdict != Verdict.EXPLAINED or any(e.confidence < FORM.sure for e in judged.effects)
 
 
 def _verdict(result: SearchResult, held: Gaps) -> Verdict:
@@ -132,20 +129,19 @@ def _verdict(result: SearchResult, held: Gaps) -> Verdict:
 
 
 def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> bool:
-    """Whether something repeatable stays that neither noise nor the form of what was named can answer for."""
+    """Whether the excess is larger than noise and the form error of the names explain."""
     samples = sum(r.measured.size for r in records)
-    form = misshapen(found.fit.model, found.names, records, found.base_excess - found.excess)
+    form = form_error(found.fit.model, found.names, records, found.base_excess - found.excess)
     if hum is not None:
-        form += FORM_TOLERANCE**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
-    floor = max(material_excess(records), significant_excess(records), _NEAR_FLOOR**2 * samples)
+        form += FORM.tolerance**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
+    floor = max(material_excess(records), significant_excess(records), CHANCE.near_floor**2 * samples)
     return found.excess > floor + form
 
 
 def _carries_over(held: Gaps) -> bool:
-    """Whether what was named closes the gap on runs that no fit has seen: to the noise, or but for twice what the form
-    of an element may miss where it was fitted."""
-    at_noise = held.final**2 < (1.0 + _NEAR_FLOOR**2) * held.noise_floor**2
-    return at_noise or held.closed is None or held.closed > 1.0 - 2.0 * FORM_TOLERANCE
+    """Whether the names close the gap on held-out runs: to the noise, or to twice the tolerance of form."""
+    at_noise = held.final**2 < (1.0 + CHANCE.near_floor**2) * held.noise_floor**2
+    return at_noise or held.closed is None or held.closed > 1.0 - 2.0 * FORM.tolerance
 
 
 def _effects(result: SearchResult, final: Model, train: Gaps) -> tuple[Effect, ...]:
@@ -158,7 +154,7 @@ def _effects(result: SearchResult, final: Model, train: Gaps) -> tuple[Effect, .
     if result.hum is not None:
         element = final.element(TONE.name)
         without = float(np.hypot(train.final, result.hum.amplitude / np.sqrt(2.0)))
-        belief = {1: _ONE_RUN, 2: _TWO_RUNS}.get(len(result.train), 0.99)
+        belief = {1: _ONE_RUN, 2: _TWO_RUNS}.get(len(result.train), FORM.hum_confidence)
         effects.append(_effect(element, belief, (), without, train.final, None))
     return tuple(effects)
 
@@ -204,8 +200,8 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
     if verdict == Verdict.NO_DISCREPANCY or (verdict == Verdict.EXPLAINED and size < noise_floor):
         return ""
     if verdict == Verdict.EXPLAINED:
-        return f"{size:.3g} N rms stays, no more than the canonical forms of the named effects may miss of real ones"
-    if verdict == Verdict.PARTLY_EXPLAINED and size < _NEAR_FLOOR * noise_floor:
+        return f"{size:.3g} N rms stays, within the tolerance of the canonical forms"
+    if verdict == Verdict.PARTLY_EXPLAINED and size < CHANCE.near_floor * noise_floor:
         return f"on the fitted runs the named effects leave {size:.3g} N rms beyond the noise"
     where = regions[0].text if regions else "spread over all runs"
     like = describe(records, tangent(found.fit.model, records)).text
@@ -215,8 +211,8 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
     return f"a repeatable {size:.3g} N rms stays after the named effects; before them the gap lay {where}; {like}"
 
 
-def _unseen(verdict: Verdict, held: Gaps, traces: Sequence[Traces]) -> str:
-    """What a partly explained gap leaves on runs that no fit has seen, where that is more than it may."""
+def _held_out_remainder(verdict: Verdict, held: Gaps, traces: Sequence[Traces]) -> str:
+    """What a partly explained gap leaves on held-out runs, where that is more than allowed."""
     if verdict != Verdict.PARTLY_EXPLAINED or _carries_over(held):
         return ""
     rests = {t.record.name: float(np.sqrt(np.mean((t.record.measured - t.final) ** 2))) for t in traces if t.held_out}

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.criteria import TEXT
 from identification.record import Record
 from identification.report.page_data import Profile
 
 Floats = NDArray[np.float64]
 
 _BINS = 48
-_HALF = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +32,7 @@ class Region:
 
 
 def variables(record: Record) -> dict[str, tuple[Floats, str]]:
-    """Everything a gap might hang on, in the record's window: name → (values (M,), unit)."""
+    """Everything a gap may depend on, in the record's window: name → (values (M,), unit)."""
     m, window = record.motion, record.window
     out: dict[str, tuple[Floats, str]] = {
         "velocity": (m.v[window], "m/s"),
@@ -62,8 +62,8 @@ def _travel(x: Floats, v: Floats) -> Floats:
 
 def _since_step(i: Floats, dt: float) -> Floats | None:
     """Time since the current last stepped, (N,), s; None where it never does."""
-    jumps = np.abs(np.diff(i)) > 0.1 * max(float(np.ptp(i)), 1e-300)
-    if not np.any(jumps) or np.mean(jumps) > 0.02:
+    jumps = np.abs(np.diff(i)) > TEXT.step * max(float(np.ptp(i)), 1e-300)
+    if not np.any(jumps) or np.mean(jumps) > TEXT.steady:
         return None
     index = np.arange(i.size)
     last = np.where(np.concatenate([[False], jumps]), index, 0)
@@ -99,8 +99,10 @@ def locate(residuals: Sequence[Floats], records: Sequence[Record]) -> tuple[list
             Profile(variable=name, unit=unit, centre=centre[seen], mean=mean[seen], rms=rms[seen], band=band[seen])
         )
         regions.append(_region(name, unit, edges, np.maximum(energy, 0.0), count, _loudest(chosen)))
-    order = sorted(regions, key=lambda g: -_telling(g.variable) * g.share_of_gap / max(g.share_of_samples, 0.02))
-    return order[:4], profiles
+    order = sorted(
+        regions, key=lambda g: -_telling(g.variable) * g.share_of_gap / max(g.share_of_samples, TEXT.least_samples)
+    )
+    return order[: TEXT.most_regions], profiles
 
 
 def _between_runs(residuals: Sequence[Floats], index: NDArray[np.int64], mean: Floats) -> Floats:
@@ -118,13 +120,13 @@ def _between_runs(residuals: Sequence[Floats], index: NDArray[np.int64], mean: F
 
 def _telling(variable: str) -> float:
     """How much a concentration means: one over what is nearly constant within a run only tells the runs apart."""
-    return 0.2 if variable in ("temperature", "current") else 1.0
+    return TEXT.between_runs if variable in ("temperature", "current") else 1.0
 
 
 def _loudest(chosen: Sequence[tuple[Record, Floats]]) -> tuple[str, ...]:
     energy = {r.name: float(np.sum(e**2)) for r, e in chosen}
     total = sum(energy.values())
-    return tuple(name for name, value in sorted(energy.items(), key=lambda i: -i[1]) if value > 0.15 * total)
+    return tuple(name for name, value in sorted(energy.items(), key=lambda i: -i[1]) if value > TEXT.loud * total)
 
 
 def _region(name: str, unit: str, edges: Floats, energy: Floats, count: Floats, runs: tuple[str, ...]) -> Region:
@@ -132,7 +134,7 @@ def _region(name: str, unit: str, edges: Floats, energy: Floats, count: Floats, 
     sums, counts = np.concatenate([[0.0], np.cumsum(energy)]), np.concatenate([[0.0], np.cumsum(count)])
     best = (0, len(energy))
     for start in range(len(energy)):
-        stop = int(np.searchsorted(sums, sums[start] + _HALF * total, side="left"))
+        stop = int(np.searchsorted(sums, sums[start] + 0.5 * total, side="left"))
         if stop < len(sums) and counts[stop] - counts[start] < counts[best[1]] - counts[best[0]]:
             best = (start, stop)
     low, high = float(edges[best[0]]), float(edges[best[1]])
@@ -147,13 +149,14 @@ def _region(name: str, unit: str, edges: Floats, energy: Floats, count: Floats, 
 
 def _words(name: str, low: float, high: float, edges: Floats) -> str:
     span = float(edges[-1] - edges[0])
-    if name == "velocity" and low < 0.0 < high and high - low < 0.3 * span:
+    if name == "velocity" and low < 0.0 < high and high - low < TEXT.narrow * span:
         return "near zero velocity, at every reversal"
-    if name == "travel_since_reversal" and low <= edges[0] + 0.1 * span:
+    if name == "travel_since_reversal" and low <= edges[0] + TEXT.at_edge * span:
         return "just after each reversal of the motion"
-    if name == "time_since_current_step" and low <= edges[0] + 0.1 * span:
+    if name == "time_since_current_step" and low <= edges[0] + TEXT.at_edge * span:
         return "just after each step of the current"
-    place = "low" if high < edges[0] + 0.4 * span else "high" if low > edges[-1] - 0.4 * span else "middle"
-    if high - low > 0.7 * span:
+    outer = TEXT.outer * span
+    place = "low" if high < edges[0] + outer else "high" if low > edges[-1] - outer else "middle"
+    if high - low > TEXT.wide * span:
         return f"all over the range of {name.replace('_', ' ')}"
     return f"at {place} {name.replace('_', ' ')}"

@@ -1,4 +1,4 @@
-"""Least squares over several runs, with exact gradients and honest uncertainty."""
+"""Least squares over several runs, with exact gradients and uncertainty."""
 
 from identification.fitting.advice import warnings
 from identification.fitting.fit import fit

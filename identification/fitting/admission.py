@@ -1,4 +1,4 @@
-"""What is refused before a fit begins: nothing to fit, and too few conditions for the parameters."""
+"""Checks before a fit: free parameters, and enough conditions to determine them."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from identification.fitting.leastsquares import free_parameters
 from identification.physical.model import Model
 from identification.record import Record, is_off, is_steady
 
-_OF_A_SINE = 8  # parameters: two of the first harmonic, and what its few upper harmonics still tell apart
+_OF_A_SINE = 8  # parameters: two from the first harmonic, the others from its few upper harmonics
 _SAME = 0.05  # two sines closer than this in frequency, amplitude and current are one condition
 _PURE = 0.9  # share of the displacement's power in one line
 
 
 def admit(model: Model, records: Sequence[Record]) -> None:
-    """Raise DataError, one line that names the parameters and their count, where a fit would be in vain."""
+    """Raise DataError, one line that names the parameters and their count, where they cannot be determined."""
     free = free_parameters(model, records)
     if not free.any():
-        raise DataError(f"'{model.name}' has no free parameter: set \"fixed\" to false where the fit may move")
+        raise DataError(f"'{model.name}' has no free parameter: set \"fixed\" to false for the parameters to fit")
     sines = [_sine(r) for r in records]
     conditions = _distinct([s for s in sines if s is not None])
     if all(s is not None for s in sines) and int(free.sum()) > _OF_A_SINE * conditions:
         named = ", ".join(name for name, f in zip(model.names(), free, strict=True) if f)
         raise DataError(
-            f"{int(free.sum())} free parameters ({named}) on {conditions} sine{'s' * (conditions > 1)}: one sine tells "
-            f"at most {_OF_A_SINE} apart; add tests of other amplitudes, frequencies or currents, or fix some of them"
+            f"{int(free.sum())} free parameters ({named}) on {conditions} sine{'s' * (conditions > 1)}: one sine "
+            f"determines at most {_OF_A_SINE}; add tests of other amplitudes, frequencies or currents, or fix some"
         )
 
 
 def _sine(record: Record) -> tuple[float, float, float] | None:
-    """Frequency, amplitude and mean current of a record that holds one frequency; None of any other."""
+    """Frequency, amplitude and mean current of a record that holds one frequency; None for any other."""
     x = record.motion.x[record.window]
     x = x - x.mean()
     power = np.abs(np.fft.rfft(x * np.hanning(x.size))) ** 2
@@ -41,7 +41,7 @@ def _sine(record: Record) -> tuple[float, float, float] | None:
         return None
     i = record.motion.i[record.window]
     if not is_steady(i, 0.1):
-        return None  # a current that moves shows more than one condition
+        return None  # a varying current gives more than one condition
     return k / (x.size * record.dt), float(np.sqrt(2.0) * x.std()), 0.0 if is_off(i) else float(i.mean())
 
 

@@ -1,4 +1,4 @@
-"""What a fit cannot tell, in words: parameters that trade against each other, and the test that would part them."""
+"""Warnings of a fit in words: parameters that are not separable, and the test that would separate them."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from identification.fitting.leastsquares import Fit
 from identification.physical.elements import ParameterSpec, Remedy
 
-_TRADED = 0.98  # correlation beyond which one parameter may take the other's part
-_VAGUE = 0.5  # standard deviation over the value beyond which a parameter is hardly seen
+_TRADED = 0.98  # correlation above which one parameter can compensate the other
+_VAGUE = 0.5  # standard deviation over the value above which a parameter is hardly determined
 
 
 def warnings(fit: Fit) -> list[str]:
-    """One sentence for each pair of free parameters that these data can't tell apart, and each that they hardly see."""
+    """A sentence for each pair of free parameters that the data cannot separate, and each that they hardly show."""
     free = [(e, k) for e, k in fit.model.slots() if e.parameters[k].std is not None]
     names = [f"{e.id}.{e.spec.parameters[k].name}" for e, k in free]
     specs = [e.spec.parameters[k] for e, k in free]
@@ -23,7 +23,7 @@ def warnings(fit: Fit) -> list[str]:
         return []
     correlation = fit.covariance / np.outer(size, size)
     said = [
-        f"these data can't tell {names[a]} from {names[b]} (correlation {correlation[a, b]:.3f}): "
+        f"these data cannot separate {names[a]} from {names[b]} (correlation {correlation[a, b]:.3f}): "
         f"a test with {_remedy(specs[a], specs[b])} would"
         for a, b in combinations(range(len(names)), 2)
         if abs(correlation[a, b]) > _TRADED
@@ -32,7 +32,7 @@ def warnings(fit: Fit) -> list[str]:
     for name, spec, value, std in zip(names, specs, values, size, strict=True):
         if value != 0.0 and std > _VAGUE * abs(value):
             said.append(
-                f"these data hardly show {name}: {value:.3g} ± {std:.2g}; fix it, or add a test with {_remedy(spec)}"
+                f"these data hardly show {name}: {value:.3g} ± {std:.2g}; fix it or add a test with {_remedy(spec)}"
             )
     return said
 

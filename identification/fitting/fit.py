@@ -1,4 +1,4 @@
-"""Fit a model to runs: the door to the least squares."""
+"""Fits a model to runs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def fit(
 ) -> Fit:
     """Fit the free parameters of `model` to all `runs` at once, each weighted by its own noise.
 
-    With `starts` above 1 the search begins at as many places within a factor of 3 of the model's values and keeps the
+    With `starts` above 1 the search runs from as many starts within a factor of 3 of the model's values and keeps the
     best. `robust` is the number of noise deviations beyond which a sample counts by its size rather than its square.
     With `refine`, curves that jump in their canonical form (dry friction, the branches of a hysteresis) may build up
     over a velocity `w_r` or a displacement `z_r`, where the runs show it: a real one does. `on_step` is told the
@@ -43,7 +43,7 @@ def fit(
     if starts < 1:
         raise DataError(f"starts is {starts}: it must be 1 or more")
     if robust is not None and not robust > 0.0:
-        raise DataError(f"robust is {robust:g}: it must be above 0 noise deviations")
+        raise DataError(f"robust is {robust:g}: it must be above 0 noise standard deviations")
     for run in runs:
         check_inputs(model, run)
     records = [record_from_run(r) for r in runs]

@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Leaping:
-    """How the frogs are grouped: `memeplexes` of `frogs` each, of which `parents` take part in each of `leaps`."""
+    """Settings of the search: `memeplexes` of `frogs` each, of which `parents` take part in each of `leaps`."""
 
     memeplexes: int = 6
     frogs: int = 8
@@ -24,7 +24,7 @@ class Leaping:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The best place (K,), its cost, and the number of evaluations that it took."""
+    """The best point (K,), its cost, and the number of evaluations."""
 
     place: Floats
     cost: float
@@ -42,7 +42,7 @@ def frog_leaping(
 ) -> Found:
     """The lowest cost within a box, (K,) `low` to `high`, by about `evaluations` evaluations.
 
-    All frogs are ranked and dealt out to the memeplexes in turn. In each, parents are drawn with probabilities that
+    All frogs are ranked and distributed to the memeplexes in turn. In each, parents are drawn with probabilities that
     fall linearly with rank; the worst of them leaps by a random share of the way towards the best of them, else towards
     the best of all, else to a random place. After some leaps all are shuffled together.
     """

@@ -18,14 +18,14 @@ from identification.record import Record
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_SHRINK = 5.0  # a parameter that must stay above zero may lose at most this factor in a step
+_SHRINK = 5.0  # a parameter that must stay above zero decreases by at most this factor in a step
 _DAMPINGS = 10
 _UNSEEN = 1e-200  # a sum of squares from which no finite variance follows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fit:
-    """A fitted model and how far it can be trusted.
+    """A fitted model with its uncertainty.
 
     `residuals` are measured minus simulated, N, one array per record's window. `covariance` (K, K) is that of the free
     parameters in the units of the model, scaled by the misfit where that exceeds the noise. `converged` is False with
@@ -75,7 +75,7 @@ def _residual(model: Model, free: Mask, record: Record) -> tuple[Floats, Floats]
 
 
 def free_parameters(model: Model, records: Sequence[Record]) -> Mask:
-    """Which parameters these records can move, (P,): not the fixed, not those of a signal that none of them has."""
+    """Which parameters these records can determine, (P,): not fixed ones, not those of a signal that no record has."""
     current = any(r.has_current for r in records)
     free = model.free()
     for k, (e, index) in enumerate(model.slots()):
@@ -131,7 +131,7 @@ def fit_records(
                 theta, current, cost = trial, candidate, new
                 break
             if 0.0 <= promised < 0.1 * tolerance * cost:
-                break  # a step that a bound has bent may promise a rise: then only more damping helps
+                break  # a step that a bound has changed may predict a rise: then only more damping helps
             damping *= 8.0
         quiet = 0 if accepted and gain > tolerance else quiet + 1
         converged = quiet >= 2 or not accepted
@@ -144,8 +144,8 @@ def fit_records(
 
 
 def _less_or_more(damping: float, kept: float) -> float:
-    """The damping after a step that kept so much of what it promised; less at once after every success would be too
-    little every second time (Nocedal & Wright 2006, algorithm 4.1)."""
+    """The damping after a step, by the ratio of the actual to the predicted decrease (Nocedal & Wright 2006,
+    algorithm 4.1). With less damping after every success, every second step would fail."""
     if kept > 0.75:
         return max(damping / 6.0, 1e-9)
     return damping if kept > 0.25 else 3.0 * damping
@@ -174,7 +174,7 @@ def _normal(evaluation: Evaluation, weights: Sequence[float], robust: float | No
 
 
 def _bounded_step(theta: Floats, gram: Floats, slope: Floats, damping: float, *, low: Floats, high: Floats) -> Floats:
-    """Damped Gauss–Newton step that stays within bounds: what would leave them is held, the others solve again."""
+    """Damped Gauss–Newton step within the bounds: parameters that would leave them are held."""
     active = ((theta <= low) & (slope < 0.0)) | ((theta >= high) & (slope > 0.0))
     move = ~active & (np.diag(gram) > _UNSEEN)
     step = np.zeros_like(theta)
@@ -183,7 +183,7 @@ def _bounded_step(theta: Floats, gram: Floats, slope: Floats, damping: float, *,
         scaled = gram[np.ix_(move, move)] / np.outer(scale, scale)
         scaled[np.diag_indices_from(scaled)] += damping
         step[move] = np.linalg.solve(scaled, slope[move] / scale) / scale
-    # What must stay positive approaches zero by factors, and lands on a bound only where zero is a meaning of its own.
+    # A positive parameter approaches zero by factors; it reaches a bound only where zero has a meaning.
     positive = (low > 0.0) & (theta > low)
     nearest = np.where(positive, theta / _SHRINK, low)
     return np.clip(theta + step, np.maximum(low, nearest), high) - theta
@@ -223,7 +223,7 @@ def _result(
 
 
 def _inverse(gram: Floats) -> Floats:
-    """Inverse of a Gram matrix in its own scaling; what the data don't see gets a huge variance, not a nan."""
+    """Inverse of a Gram matrix in its own scaling; what the data do not determine gets a huge variance, not a nan."""
     scale = np.sqrt(np.where(np.diag(gram) > _UNSEEN, np.diag(gram), 1.0))
     values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
     inverse = (vectors / np.maximum(values, 1e-12)) @ vectors.T

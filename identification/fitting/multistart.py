@@ -1,4 +1,4 @@
-"""Fits from several starts: whether the answer depends on where the search began."""
+"""Fits from several starts, because the answer may depend on the start."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from identification.record import Record, compact
 Floats = NDArray[np.float64]
 
 _COARSE_STEPS = 12
-_SAME = 1.02  # cost over the best: the same valley
+_SAME = 1.02  # cost over the best: the same minimum
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ManyFits:
-    """The best fit, the cost that each start came to (infinite: it failed), and how many met in the best valley."""
+    """The best fit, the cost of each start (infinite: it failed), and how many starts reached the best minimum."""
 
     best: Fit
     costs: tuple[float, ...]
@@ -37,7 +37,7 @@ def starts(model: Model, free: NDArray[np.bool_], count: int, *, spread: float =
     """
     low, high = model.bounds()
     values = model.values()
-    from scipy.stats import qmc  # half of the time that a command takes to begin, and few need it
+    from scipy.stats import qmc  # its import takes half of the start of a command, and few need it
 
     draws = qmc.LatinHypercube(d=int(free.sum()), rng=np.random.default_rng(seed)).random(max(count - 1, 0))
     models = [model]
@@ -60,7 +60,7 @@ def fit_from_many(
 ) -> ManyFits:
     """Some steps from every start on the mean periods, then the whole fit from the best of them.
 
-    Raises SimulationError where the model runs away from every start.
+    Raises SimulationError where the model diverges from every start.
     """
     free = free_parameters(model, records)
     small = [compact(r) for r in records]
@@ -74,7 +74,7 @@ def fit_from_many(
 
 
 def _tried(start: Model, records: Sequence[Record], robust: float | None) -> tuple[float, Model]:
-    """What one start comes to in a few steps: cost and model; infinite where it runs away."""
+    """Cost and model of one start after a few steps; an infinite cost where it diverges."""
     try:
         found = fit_records(start, records, max_iterations=_COARSE_STEPS, tolerance=1e-3, robust=robust)
     except SimulationError:

@@ -1,4 +1,4 @@
-"""Profile likelihood: how far one parameter can go while all the others make up for it."""
+"""Profile likelihood: how far one parameter can vary while all others are fitted again."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def profile(
     stds = [e.parameters[k].std for e, k in fit.model.slots()]
     free = [n for n, s in zip(names, stds, strict=True) if s is not None]
     if name not in free:
-        raise DataError(f"'{name}' was not fitted: profiles are there of {', '.join(free)}")
+        raise DataError(f"'{name}' was not fitted: it must be one of {', '.join(free)}")
     index = names.index(name)
     std, best = stds[index] or 0.0, float(fit.model.values()[index])
     low, high = (float(b[index]) for b in fit.model.bounds())

@@ -1,23 +1,19 @@
-"""Finer shapes: a real friction builds up and a real hysteresis turns over, where the canonical forms jump."""
+"""Finer shapes: a real friction builds up and a real hysteresis reverses gradually, where the canonical forms jump."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 
+from identification.criteria import BUDGET, CHANCE, FORM
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.physical.model import Model, Parameter
 from identification.record import Record
 from identification.scales import scales_of
 
-_AT_NOISE = 0.02  # excess over noise energy at which a finer shape could not be told
-_PAYS = 0.1  # share of the excess that a finer shape must take away
-FIT_ITERATIONS = 14
-FLAT = 3e-4  # of the misfit: an iteration that gains less decides nothing
 
-
-def refined(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
+def refine_curve(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     """The fit with the finer shape of one element free, where it has one and the data show it; else as it is.
 
     A gain on the current is no finer shape.
@@ -26,7 +22,7 @@ def refined(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     finer = [k for k, (s, p) in enumerate(zip(own.spec.parameters, own.parameters, strict=True))
              if s.refinement and not s.gain and p.fixed]  # fmt: skip
     excess = fit.chi2 - fit.samples
-    if not finer or excess < _AT_NOISE * fit.samples:
+    if not finer or excess < CHANCE.at_noise * fit.samples:
         return fit
     free = _start({own.spec.parameters[k].unit for k in finer}, records, fit.rms)
     parameters = tuple(free if k in finer else p for k, p in enumerate(own.parameters))
@@ -34,21 +30,24 @@ def refined(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     elements[index] = replace(own, parameters=parameters)
     try:
         shaped = fit_records(
-            replace(fit.model, elements=tuple(elements)), records, max_iterations=FIT_ITERATIONS, tolerance=FLAT
+            replace(fit.model, elements=tuple(elements)),
+            records,
+            max_iterations=BUDGET.fit_iterations,
+            tolerance=BUDGET.flat,
         )
     except SimulationError:
         return fit
-    return shaped if shaped.chi2 < fit.chi2 - max(10.0, _PAYS * excess) else fit
+    return shaped if shaped.chi2 < fit.chi2 - max(CHANCE.slack, FORM.finer_shape_closes * excess) else fit
 
 
 def refine_curves(fit: Fit, records: Sequence[Record]) -> Fit:
-    """The fit with every finer shape free that the data ask for."""
+    """The fit with every finer shape free that the data show."""
     for index in range(len(fit.model.elements)):
-        fit = refined(fit, index, records)
+        fit = refine_curve(fit, index, records)
     return fit
 
 
-def shaped_like(model: Model, fitted: Model) -> Model:
+def with_shapes_of(model: Model, fitted: Model) -> Model:
     """`model` with the finer shapes that its elements have in `fitted`, which holds at least the same elements."""
     elements = []
     for own in model.elements:
@@ -60,5 +59,6 @@ def shaped_like(model: Model, fitted: Model) -> Model:
 def _start(units: set[str], records: Sequence[Record], gap: float) -> Parameter:
     """First value and limits of a build-up: at zero its gradient vanishes, and a step that lands there would stay."""
     scales = scales_of(records, gap)
-    scale = scales.speeds[0] if units == {"m/s"} else 0.3 * scales.x_rms
-    return Parameter(value=0.1 * scale, low=1e-3 * scale, high=2.0 * scale)
+    scale = scales.speeds[0] if units == {"m/s"} else FORM.build_up_travel * scales.x_rms
+    low, value, high = (part * scale for part in FORM.build_up_span)
+    return Parameter(value=value, low=low, high=high)

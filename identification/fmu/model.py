@@ -1,4 +1,4 @@
-"""An FMU as a model of the family: opened once in a process of its own, and asked for its force along motions."""
+"""An FMU as a kind of model: opened once in a process of its own, which simulates its force along motions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Patience:
-    """How long an answer may take, s: `least_s`, or, where that is longer, so many times as long as on the rig."""
+    """How long an answer may take, s: `least_s`, or a multiple of the motion's duration where that is longer."""
 
     open_s: float = 120.0
     least_s: float = 600.0
@@ -34,7 +34,7 @@ class Patience:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FmuModel:
-    """Somebody else's simulation. Its parameters are its own: none can be fitted."""
+    """A foreign simulation. None of its parameters can be fitted."""
 
     path: Path
     wiring: Wiring
@@ -63,7 +63,7 @@ class FmuModel:
         return None
 
     def names(self) -> Sequence[str]:
-        """None: what an FMU calls a parameter says neither what it does nor where it may lie."""
+        """None: a parameter of an FMU states neither its meaning nor its bounds."""
         return ()
 
     def values(self) -> Floats:
@@ -113,7 +113,7 @@ def with_fmu(
     *,
     on_progress: Callable[[float, str], None] | None = None,
 ) -> list[Run]:
-    """The runs with a channel `force_simulated`: what the FMU answers to their motion, current and temperature.
+    """The runs with a channel `force_simulated`: the force of the FMU for their motion, current and temperature.
 
     Raises ModelError where the file can't be used, DataError where a run lacks a channel that drives the FMU, and
     SimulationError where the FMU fails on a run.
@@ -126,7 +126,7 @@ def with_fmu(
 
 
 def _given(wire: Wire, motion: Motion) -> Floats:
-    """What the variable is given, in its unit."""
+    """The values of the variable, in its unit."""
     factor, offset = wire.gain()
     row: Floats = getattr(motion, SIGNALS[wire.channel])
     return np.asarray((row - offset) / factor, dtype=np.float64)

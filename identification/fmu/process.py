@@ -1,4 +1,4 @@
-"""A process of its own for foreign code, which may crash, hang, or print what it likes."""
+"""A process for foreign code, which may crash, hang or print."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ START_S = 120.0  # for the process to start
 
 
 class ForeignProcess:
-    """One process for one file of foreign code; it ends with `close`, or when nobody holds it any more.
+    """One process for one file of foreign code; it ends with `close`, or when this object is no longer used.
 
-    After a crash, or when it was ended for its silence, the next question starts another.
+    After a crash or a time-out the next call starts another process.
     """
 
     def __init__(self, label: str) -> None:
@@ -33,7 +33,7 @@ class ForeignProcess:
         self._running: _Running | None = None
 
     def ask(self, function: Callable[[Task], Answer], task: Task, patience_s: float) -> Answer:
-        """What `function` of the other process answers to `task`.
+        """The value of `function` for `task`, computed in the other process.
 
         Raises SimulationError where it fails or crashes, with the last line that it printed, and where it takes longer
         than `patience_s`: then it is ended.
@@ -60,7 +60,7 @@ class ForeignProcess:
 
 
 class _Running:
-    """A process that is there, and the file into which it prints."""
+    """A running process and the file into which it prints."""
 
     def __init__(self) -> None:
         folder = Path(mkdtemp(prefix="foreign-"))
@@ -74,7 +74,7 @@ class _Running:
         """The last line that it printed, in brackets; empty where it printed none."""
         lines = self._said.read_text(encoding="utf-8", errors="replace").split("\n")
         last = [line.strip() for line in lines if line.strip()]
-        return f" (it said: {last[-1][:160]})" if last else ""
+        return f" (it printed: {last[-1][:160]})" if last else ""
 
 
 def _end(pool: ProcessPoolExecutor, folder: Path) -> None:
@@ -83,7 +83,7 @@ def _end(pool: ProcessPoolExecutor, folder: Path) -> None:
 
 
 def _quiet(said: Path) -> None:
-    """What foreign code prints goes into a file: standard output belongs to the answer."""
+    """Redirect what foreign code prints into a file: standard output is for the answer."""
     handle = os.open(said, os.O_WRONLY | os.O_APPEND)
     os.dup2(handle, 1)
     os.dup2(handle, 2)

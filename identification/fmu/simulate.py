@@ -1,4 +1,4 @@
-"""What the process of an FMU does: read its description, connect its variables, simulate it along a motion."""
+"""The work of the process of an FMU: read its description, connect its variables, simulate it along a motion."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from identification.models.choice import Choice
 
 Floats = NDArray[np.float64]
 
-_TOLERANCE = 1e-8  # of the solver of model exchange: its default of 1e-4 is a lag of most of a millisecond
-SUBSTEPS = 4  # of a sample: an input is held through each, which delays what integrates it by half of one
+_TOLERANCE = 1e-8  # of the solver of model exchange: its default of 1e-4 gives a lag of nearly a millisecond
+SUBSTEPS = 4  # of a sample: an input is held through each, which delays its integral by half of one
 _SPELLED = {  # unit: what it measures, SI units in one, offset
     "m": ("displacement", 1.0, 0.0), "mm": ("displacement", 1e-3, 0.0), "cm": ("displacement", 1e-2, 0.0),
     "m/s": ("velocity", 1.0, 0.0), "mm/s": ("velocity", 1e-3, 0.0), "m/s2": ("acceleration", 1.0, 0.0),
@@ -39,7 +39,7 @@ def opened(asked: tuple[Path, Choice]) -> Wiring:
         raise ModelError(f"{path}: FMI {description.fmiVersion}: export it as FMI 2.0 or 3.0")
     if fmpy.platform not in platforms:
         has = ", ".join(sorted(platforms)) or "no platform"
-        raise ModelError(f"{path}: holds binaries for {has}, this machine is {fmpy.platform}: export it for that")
+        raise ModelError(f"{path}: contains binaries for {has}, this machine is {fmpy.platform}: export it for that")
     if description.coSimulation is None and description.modelExchange is None:
         raise ModelError(f"{path}: neither co-simulation nor model exchange: export it as one of them")
     # Any: fmpy's variables carry no types
@@ -121,13 +121,13 @@ def forces(task: Task) -> Floats:
     force = np.interp(np.arange(count) * task.dt, found["time"], found[output])
     bad = np.flatnonzero(~np.isfinite(force))
     if bad.size:
-        raise SimulationError(f"{task.path.name} answers {force[bad[0]]} at t = {bad[0] * task.dt:.6g} s")
+        raise SimulationError(f"{task.path.name} gives a force of {force[bad[0]]} at t = {bad[0] * task.dt:.6g} s")
     factor, offset = task.wiring.force.gain()
     return np.asarray(factor * force + offset, dtype=np.float64)
 
 
 def _substeps(description: Any, dt: float) -> int:
-    """As many steps of co-simulation to a sample as the FMU's own fixed step allows. Any: fmpy carries no types."""
+    """Steps of co-simulation per sample, by the fixed step of the FMU. Any: fmpy carries no types."""
     fixed = description.coSimulation.fixedInternalStepSize
     if not fixed:
         return SUBSTEPS
@@ -136,9 +136,9 @@ def _substeps(description: Any, dt: float) -> int:
 
 
 def _input_table(task: Task, time: Floats, ahead: float) -> NDArray[np.void]:
-    """Inputs over time for fmpy, which sets them where a step begins: there stands what holds where it ends.
+    """Inputs over time for fmpy, which sets them at the start of a step: given there is the value at its end.
 
-    So a force that hangs on an input directly has no lag at all. Current is held between samples, motion is a line.
+    A force that depends directly on an input then has no lag. Current is held between samples, motion is linear.
     """
     names = [wire.variable.name for wire in task.wiring.inputs]
     table = np.zeros(time.size, dtype=[("time", np.float64), *((name, np.float64) for name in names)])

@@ -1,4 +1,4 @@
-"""Which variable of an FMU is which channel of a run, by what the user says, by name, or by unit."""
+"""Which variable of an FMU is which channel of a run: by the user's choice, by name, or by unit."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Wire:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wiring:
-    """What drives the FMU, what it answers, and the parameters that it is given."""
+    """The inputs and the force of the FMU, and the values of its parameters."""
 
     inputs: tuple[Wire, ...]
     force: Wire
@@ -73,7 +73,8 @@ class Wiring:
 def wired(inputs: Sequence[Variable], outputs: Sequence[Variable], known: Sequence[str], choice: Choice) -> Wiring:
     """Connect the variables of an FMU; `known` are the names of all of them.
 
-    Raises ModelError, one line that lists what there is, where an input or the force can't be told, or a name is none.
+    Raises ModelError, one line that lists the variables, where an input or the force cannot be recognised, or a name
+    does not exist.
     """
     _check_names(known, choice)
     wires = tuple(_input(v, inputs, choice) for v in inputs if v.name not in choice.parameters)
@@ -82,7 +83,7 @@ def wired(inputs: Sequence[Variable], outputs: Sequence[Variable], known: Sequen
         both = [w.variable.name for w in wires if w.channel == channel]
         if len(both) > 1:
             raise ModelError(
-                f"inputs {' and '.join(both)} both look like {channel}: say which by --fmu-input {channel}=VARIABLE "
+                f"inputs {' and '.join(both)} both look like {channel}: choose one by --fmu-input {channel}=VARIABLE "
                 "and give the other a value by --fmu-set"
             )
     if not {"displacement", "velocity"} & set(channels):
@@ -112,7 +113,7 @@ def _force(outputs: Sequence[Variable], choice: Choice) -> Wire:
         name = choice.force.removeprefix("-")
         found = [v for v in outputs if v.name == name]
         if not found:
-            raise ModelError(f"{name!r} is no output of the FMU: it has {_listed(outputs)}")
+            raise ModelError(f"{name!r} is not an output of the FMU: it has {_listed(outputs)}")
         return Wire(channel="force", variable=found[0], sign=-1.0 if choice.force.startswith("-") else 1.0)
     named = [v for v in outputs if _by_name(v, ("force",))]
     forces = named or [v for v in outputs if v.dimension == DIMENSIONS["force"]]

@@ -1,4 +1,4 @@
-"""A model is whatever gives a force from a motion: what all kinds of model share."""
+"""Models of any kind, which give a force from a motion: what all kinds share."""
 
 from identification.models.choice import Choice
 from identification.models.compare import Comparison, compare, comparison_data

@@ -1,4 +1,4 @@
-"""What a user says of a model whose variables carry names of their own."""
+"""The user's connections for a model whose variables have other names."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from identification.models.protocol import SIGNALS
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """What the user says: channel → variable, the force's variable (with a minus where it is reversed), parameters."""
+    """Channel → variable, the variable of the force (with a minus where its sign is reversed), and parameters."""
 
     inputs: Mapping[str, str] = field(default_factory=dict)
     force: str = ""

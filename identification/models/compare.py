@@ -1,4 +1,4 @@
-"""Models of any kind beside each other on runs: error, cost, parameters, and where a model leaves its training."""
+"""Compares models of any kind on runs: error, cost, parameters, and samples outside the training range."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 Clock = Callable[[], int]
 
-_REPEATS = 5  # simulations whose median is the cost
-_ENOUGH_NS = 1_000_000_000  # after so much time on one run no further repeat: the median hardly moves
+_REPEATS = 5  # simulations whose median time is the cost
+_ENOUGH_NS = 1_000_000_000  # no further repeat after this time on one run: the median hardly changes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,7 +54,7 @@ class Row:
 
     label: str
     kind: str
-    parameters: int | None  # None: it has none that can be told
+    parameters: int | None  # None: it states none
     free: int | None
     ranged: bool  # whether it states its training range
     cells: tuple[Cell, ...]
@@ -105,7 +105,7 @@ def compare(
     DataError
         when there is no model or no run, a run lacks the force or what a model needs, or its force is constant.
     """
-    _check(models, runs)
+    check_comparison(models, runs)
     say = on_progress or (lambda done, text: None)
     courses = tuple(_course(run) for run in runs)
     rows = []
@@ -155,7 +155,8 @@ def _cell_data(cell: Cell) -> dict[str, Any]:
     return figures | {"cost_ns_per_sample": cell.cost_ns, "outside_training": left, "failure": cell.failure or None}
 
 
-def _check(models: Sequence[SimulationModel], runs: Sequence[Run]) -> None:
+def check_comparison(models: Sequence[SimulationModel], runs: Sequence[Run]) -> None:
+    """Raise DataError where `compare` would; nothing is simulated."""
     if not models:
         raise DataError("no model was given: a comparison needs at least one")
     if not runs:
@@ -167,7 +168,7 @@ def _check(models: Sequence[SimulationModel], runs: Sequence[Run]) -> None:
         for model in models:
             check_inputs(model, run)
         if np.ptp(force) == 0.0:
-            raise DataError(f"{name_of(run)}: the measured force is constant: there is nothing to compare with")
+            raise DataError(f"{name_of(run)}: the measured force is constant: a comparison needs a force that varies")
 
 
 def _numbered(names: Sequence[str]) -> list[str]:

@@ -35,9 +35,9 @@ i.dot{display:inline-block;width:.75em;height:.75em;border-radius:50%;margin-rig
 _NOTES = """Every model is simulated from the run's displacement, current and temperature alone; the measured force is
 only compared. rms: of measured minus simulated force over all samples. rrmsse: that over the rms of the measured force
 about its mean. Fit: 100 − rrmsse. EEARTH: phase, magnitude and slope of the time history, 1 is perfect. Cost: median
-time of repeated simulation of all samples, over their number, on the machine that made this page; that of an FMU holds
-its start and the way to its process. Parameters: those that a fit may move, of all. Noise: what the periods of the
-force differ by, which no model can explain."""
+time of repeated simulation of all samples, over their number, on the machine that made this page; that of an FMU
+includes its start and the transfer to its process. Parameters: those that a fit may move, of all. Noise: the difference
+between the periods of the force, which no model can explain."""
 
 
 def write_comparison(path: Path, comparison: Comparison) -> None:
@@ -59,7 +59,7 @@ def comparison_html(comparison: Comparison) -> str:
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>Comparison of {count}</title>'
         f"<style>{_STYLE}</style></head><body><h1>Comparison of {count}</h1>{_in_short(rows)}"
-        f"<h2>Models, the least error first</h2><div class=scroll>{_models(rows, colours)}</div>"
+        f"<h2>Models, the smallest error first</h2><div class=scroll>{_models(rows, colours)}</div>"
         f"<h2>Error on every run</h2><div class=scroll>{_runs(rows, comparison.courses, colours)}</div>"
         f"<h2>Force of every model</h2>{plots[0]}<h2>Error and cost</h2>{plots[1]}"
         f"<p class=note>{_NOTES}</p></body></html>\n"
@@ -71,11 +71,11 @@ def _in_short(rows: Sequence[Row]) -> str:
     best = rows[0]
     if best.rms is None or best.fit is None:
         return "<p>No model could be simulated on every run.</p>"
-    return f"<p><b>{escape(best.label)}</b> is nearest: {best.rms:.3g} N rms, fit {best.fit:.1f} %.</p>"
+    return f"<p><b>{escape(best.label)}</b> has the smallest error: {best.rms:.3g} N rms, fit {best.fit:.1f} %.</p>"
 
 
 def _models(rows: Sequence[Row], colours: dict[str, str]) -> str:
-    head = ("model", "kind", "rms, N", "rrmsse, %", "fit, %", "EEARTH", "cost, ns a sample", "parameters",
+    head = ("model", "kind", "rms, N", "rrmsse, %", "fit, %", "EEARTH", "cost, ns per sample", "parameters",
             "training range")  # fmt: skip
     best = {
         "rms": _least(r.rms for r in rows),
@@ -128,7 +128,7 @@ def _runs(rows: Sequence[Row], courses: Sequence[Course], colours: dict[str, str
     return (
         f"<table><thead><tr><th>run</th><th>rms force, N</th><th>noise, N</th>{head}</tr></thead>"
         f"<tbody>{body}</tbody></table><p class=note>In each field: rms of the error, N; below it rrmsse and fit, "
-        "and EEARTH. The deeper the colour, the larger the error against the force; bold: the least on that run.</p>"
+        "and EEARTH. A deeper colour is a larger error relative to the force; bold: the smallest error on that run.</p>"
     )
 
 
@@ -217,7 +217,7 @@ def cost_and_error(rows: Sequence[Row], colours: dict[str, str]) -> go.Figure:
                 x=[row.cost_ns], y=[row.rms], mode="markers+text", text=[name], textposition="top center",
                 cliponaxis=False, name=name, showlegend=False, marker=marker,
             )  # fmt: skip
-    figure.update_xaxes(title="cost, ns a sample", type="log", dtick=1)
+    figure.update_xaxes(title="cost, ns per sample", type="log", dtick=1)
     figure.update_yaxes(title="rms of the error over all runs, N", rangemode="tozero")
     return figure.update_layout(height=400, margin={"t": 30, "r": 20}, **_LAYOUT)
 

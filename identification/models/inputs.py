@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 ROOM_TEMPERATURE_DEGC = 25.0  # where a run has none
 _SETTLED = 1.5  # a period is settled when it differs from those after it by no more than this multiple of the noise
 _SHORTEST = 8  # samples of a period
-_REPEATS = 1e-6  # of the highest value: what repeats, but for the rounding of a file
+_REPEATS = 1e-6  # of the highest value: tolerance of a repetition, for the rounding of a file
 
 
 def motion_of(run: Run) -> Motion:
@@ -77,13 +77,13 @@ def _series(name: str, values: ArrayLike, samples: int | None) -> Floats:
     try:
         series = np.array(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise DataError(f"{name} holds something that is no number: give an array of numbers, SI units") from error
+        raise DataError(f"{name} has a value that is not a number: give an array of numbers, SI units") from error
     if series.ndim == 0 and samples is not None:
         series = np.full(samples, float(series))
     if series.ndim != 1 or series.size < 2:
         raise DataError(f"{name} has the shape {series.shape}: it must be one row of at least 2 samples")
     if samples is not None and series.size != samples:
-        raise DataError(f"{name} has {series.size} samples, the displacement {samples}: give as many")
+        raise DataError(f"{name} has {series.size} samples, the displacement {samples}: give equal numbers")
     bad = np.flatnonzero(~np.isfinite(series))
     if bad.size:
         raise DataError(f"{name} is {series[bad[0]]} at sample {bad[0]}: every sample must be a finite number")
@@ -94,7 +94,7 @@ def _check_period(samples: int, period: int, settle: int) -> None:
     if period and not _SHORTEST <= period <= samples:
         raise DataError(f"period is {period} samples: it must be 0, or lie within [{_SHORTEST}, {samples}]")
     if period and samples % period:
-        raise DataError(f"displacement has {samples} samples: no whole number of periods of {period}")
+        raise DataError(f"displacement has {samples} samples: not a whole number of periods of {period}")
     count = samples // period if period else 1
     if not 0 <= settle < count:
         raise DataError(f"settle is {settle}: it must lie within [0, {count - 1}], to leave a settled period")
@@ -113,7 +113,7 @@ def _kinematics(x: Floats, sample_rate_hz: float, period: int, settle: int) -> K
     if not period:
         return smooth_kinematics(x, sample_rate_hz)
     settled = x[settle * period :].reshape(-1, period)
-    # Two are there to see the noise between: that of one alone is guessed from lines which may be meant.
+    # From two periods the noise is their difference; from one it would be guessed from lines of the motion.
     one = periodic_kinematics(settled if len(settled) > 1 else np.tile(settled, (2, 1)), sample_rate_hz)
     return replace(one, x=np.resize(one.x, x.size), v=np.resize(one.v, x.size), a=np.resize(one.a, x.size))
 
@@ -178,7 +178,7 @@ def settling_periods(periods: Floats) -> int:
 
 
 def _temperature(run: Run) -> Floats:
-    """Body temperature without its sensor's noise, (N,), °C: a body of metal does not change within a second."""
+    """Body temperature without its sensor's noise, (N,), °C: a metal body does not change within a second."""
     raw = run.channels.get("temperature")
     if raw is None:
         return np.full(run.samples, ROOM_TEMPERATURE_DEGC)

@@ -36,7 +36,7 @@ class Score:
 def score(run: Run) -> dict[str, float]:
     """Figures of `force_simulated` against `force` of a run, by name.
 
-    Beside those of `Score`: the energy that each force took from the motion, J over the whole run, and, where the
+    Added to those of `Score`: the energy that each force took from the motion, J over the whole run, and, where the
     motion is a steady sine, the shape of each loop.
 
     Raises

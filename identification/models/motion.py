@@ -1,4 +1,4 @@
-"""What drives a model: the motion, the current and the temperature of one run on its time base."""
+"""The inputs of a model: motion, current and temperature of one run on its time base."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Motion:
         return replace(self, **{name: getattr(self, name)[index] for name in _SERIES})
 
     def every(self, stride: int) -> Motion:
-        """Each stride-th sample of the motion, which must hold nothing that this can't tell; not for a periodic one."""
+        """Each stride-th sample of a motion without period and without content above the new Nyquist frequency."""
         series = {name: getattr(self, name)[::stride].copy() for name in _SERIES}
         return replace(self, dt=self.dt * stride, **series)
 

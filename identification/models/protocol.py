@@ -1,4 +1,4 @@
-"""What every kind of model can do: a physical one, somebody else's FMU, a black box."""
+"""What every kind of model can do: a physical model, an FMU, a black box."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ SIGNALS: Mapping[str, str] = {
     "current": "i",
     "temperature": "temperature",
 }
-"""What a motion holds: the channel's name, and that of the series in `Motion`."""
+"""The signals of a motion: name of the channel, and of the series in `Motion`."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrainingRange:
-    """Lowest and highest value of each signal that a model has seen in training, SI, temperature in °C."""
+    """Lowest and highest value of each signal in the training of a model, SI, temperature in °C."""
 
     limits: Mapping[str, tuple[float, float]]
 
@@ -36,7 +36,9 @@ class TrainingRange:
             if signal not in SIGNALS:
                 raise ModelError(f"training range of {signal!r}: the signals are {', '.join(SIGNALS)}")
             if not (math.isfinite(low) and math.isfinite(high) and low < high):
-                raise ModelError(f"training range of {signal} is [{low:g}, {high:g}]: two finite numbers that rise")
+                raise ModelError(
+                    f"training range of {signal} is [{low:g}, {high:g}]: it must be two finite numbers, the lower first"
+                )
 
     def left(self, motion: Motion) -> Mapping[str, float]:
         """Share of the samples of a motion that lie outside, by signal; only signals that leave their range."""
@@ -50,11 +52,11 @@ class TrainingRange:
 
 
 class SimulationModel(Protocol):
-    """A model of any kind: what is read from a file, driven by a motion, and compared with the others."""
+    """A model of any kind: read from a file, simulated along a motion, compared with others."""
 
     @property
     def name(self) -> str:
-        """What a person calls it."""
+        """The name of the model."""
         ...
 
     @property
@@ -73,7 +75,7 @@ class SimulationModel(Protocol):
         ...
 
     def names(self) -> Sequence[str]:
-        """Names of the parameter vector, P of them; none where the model has no parameters that can be told."""
+        """Names of the parameter vector, P of them; none where the model states no parameters."""
         ...
 
     def values(self) -> Floats:

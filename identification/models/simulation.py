@@ -15,7 +15,7 @@ from rigctl.runfile import Run, with_channel
 
 Floats = NDArray[np.float64]
 SIMULATED = "force_simulated"
-"""The channel of a run in which a simulation stands beside the measured force."""
+"""The channel of a run with the simulated force."""
 
 
 def simulate_run(model: SimulationModel, run: Run) -> Floats:
@@ -48,7 +48,7 @@ def with_simulation(
 
 
 def name_of(run: Run) -> str:
-    """What messages call a run: its file, or its id."""
+    """The name of a run in messages: its file, or its id."""
     return run.path.name if run.path is not None else run.run_id
 
 
@@ -72,6 +72,6 @@ def check_inputs(model: SimulationModel, run: Run) -> None:
 
 
 def for_every_sample(force: Floats, motion: Motion, run: Run) -> Floats:
-    """The force for every sample: a periodic run that ends within a period goes on as its periods do."""
+    """The force for every sample: where a periodic run ends within a period, the last period is repeated."""
     missing = run.samples - force.size
     return np.concatenate([force, np.resize(force[-motion.period :], missing)]) if missing > 0 else force

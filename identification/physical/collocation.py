@@ -96,9 +96,10 @@ def prepare(mount, dt, substeps, nodes):
     if mount.k2 > 0.0:  # f2 = f2_start + k2 h A (r − f2/c2)
         s = mount.k2 / mount.c2
         inverse = _inverse(
-            1.0 + s * h_a[0, 0], s * h_a[0, 1], s * h_a[0, 2], s * h_a[1, 0], 1.0 + s * h_a[1, 1], s * h_a[1, 2],
-            s * h_a[2, 0], s * h_a[2, 1], 1.0 + s * h_a[2, 2],
-        )  # fmt: skip
+            (1.0 + s * h_a[0, 0], s * h_a[0, 1], s * h_a[0, 2]),
+            (s * h_a[1, 0], 1.0 + s * h_a[1, 1], s * h_a[1, 2]),
+            (s * h_a[2, 0], s * h_a[2, 1], 1.0 + s * h_a[2, 2]),
+        )
         for i in range(3):
             a, b, c = inverse[9] * inverse[3 * i], inverse[9] * inverse[3 * i + 1], inverse[9] * inverse[3 * i + 2]
             by_force[i] = a + b + c
@@ -110,8 +111,11 @@ def prepare(mount, dt, substeps, nodes):
 
 
 @inlined
-def _inverse(a, b, c, d, e, f, g, h, k):
-    """Inverse of a matrix, row by row, times its determinant, and that over 1."""
+def _inverse(first, second, third):
+    """Inverse of a matrix given by its rows, times its determinant, and 1 over that."""
+    a, b, c = first
+    d, e, f = second
+    g, h, k = third
     p, q, r = e * k - f * h, f * g - d * k, d * h - e * g
     return (
         p, c * h - b * k, b * f - c * e,
@@ -159,15 +163,9 @@ def _along(s, table, r):
 def _slopes(cm, f_z, f_w, h_a, m):
     """Inverse of the slopes of the residuals by the rates, signs changed."""
     return _inverse(
-        f_w[0] + cm[0] + m[0, 0] + f_z[0] * h_a[0, 0],
-        m[0, 1] + f_z[0] * h_a[0, 1],
-        m[0, 2] + f_z[0] * h_a[0, 2],
-        m[1, 0] + f_z[1] * h_a[1, 0],
-        f_w[1] + cm[1] + m[1, 1] + f_z[1] * h_a[1, 1],
-        m[1, 2] + f_z[1] * h_a[1, 2],
-        m[2, 0] + f_z[2] * h_a[2, 0],
-        m[2, 1] + f_z[2] * h_a[2, 1],
-        f_w[2] + cm[2] + m[2, 2] + f_z[2] * h_a[2, 2],
+        (f_w[0] + cm[0] + m[0, 0] + f_z[0] * h_a[0, 0], m[0, 1] + f_z[0] * h_a[0, 1], m[0, 2] + f_z[0] * h_a[0, 2]),
+        (m[1, 0] + f_z[1] * h_a[1, 0], f_w[1] + cm[1] + m[1, 1] + f_z[1] * h_a[1, 1], m[1, 2] + f_z[1] * h_a[1, 2]),
+        (m[2, 0] + f_z[2] * h_a[2, 0], m[2, 1] + f_z[2] * h_a[2, 1], f_w[2] + cm[2] + m[2, 2] + f_z[2] * h_a[2, 2]),
     )
 
 

@@ -32,7 +32,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def flown(url: str, budget: str) -> int:
+def run_autopilot(url: str, budget: str) -> int:
     assert main(["run", "first.toml", "--rig", url, "-o", "runs"]) == 0
     words = ["autopilot", str(MODEL), "runs/first_sine.h5", "--rig", url, "-o", "found", "--budget", budget, "--json"]
     return main(words)
@@ -43,7 +43,7 @@ def test_from_one_sine_it_finds_the_tests_that_make_the_name_sure(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with a_sim("modbus://127.0.0.1:0", "--hide", "stribeck_friction", "--seed", "3", "--speed", "20") as url:
-        assert flown(url, "90") == 0
+        assert run_autopilot(url, "90") == 0
     report = json.loads((folder / "found" / "report.json").read_text(encoding="utf-8"))
     assert [e["element"] for e in report["effects"]] == ["stribeck_friction"]
     assert report["effects"][0]["confidence"] >= SURE
@@ -56,9 +56,9 @@ def test_from_one_sine_it_finds_the_tests_that_make_the_name_sure(
 @pytest.mark.slow
 def test_it_spends_no_rig_time_that_it_does_not_have(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with a_sim("modbus://127.0.0.1:0", "--hide", "stribeck_friction", "--seed", "3", "--speed", "20") as url:
-        assert flown(url, "1") == 0
+        assert run_autopilot(url, "1") == 0
     assert not (folder / "found" / "runs").exists()
     said = capsys.readouterr().err
-    assert "of the rig time 1 s are left" in said
+    assert "1 s of rig time are left" in said
     report = json.loads((folder / "found" / "report.json").read_text(encoding="utf-8"))
     assert all(e["confidence"] < 0.9 for e in report["effects"])  # one run alone bears nothing out

@@ -97,7 +97,7 @@ def test_whoever_lost_the_lease_can_write_nothing(
     for write in (
         late.take_next,
         late.left_open,
-        lambda: late.sign_of_life(campaign),
+        lambda: late.renew(campaign),
         lambda: late.progress(campaign, 0, "running", 1, ""),
         lambda: late.end_test(campaign, 0, TestState.DONE, ""),
         lambda: late.add_run(campaign, a_run(campaign.id)),
@@ -135,7 +135,7 @@ def test_a_campaign_whose_worker_died_is_closed_as_failed_by_the_next_worker(
     close_left_open(second, RunStore(database, tmp_path))
     closed = store.campaign(campaign.id)
     assert closed.state is CampaignState.FAILED
-    assert "no sign of life" in closed.reason
+    assert "did not renew its lease" in closed.reason
     assert [test.state for test in closed.tests] == [TestState.FAILED, TestState.SKIPPED]
     assert second.left_open() == ()
 
@@ -157,10 +157,10 @@ def test_an_abort_of_a_running_campaign_reaches_its_worker(
     campaign = store.create(NewCampaign(**body))
     held = leased(database)
     held.take_next()
-    assert held.sign_of_life(campaign) == Order()
+    assert held.renew(campaign) == Order()
     for reason in ("first", "second"):
         assert store.abort(campaign.id, reason).state is CampaignState.RUNNING
-    assert held.sign_of_life(campaign) == Order(asked=Asked.ABORT, reason="first")
+    assert held.renew(campaign) == Order(asked=Asked.ABORT, reason="first")
 
 
 def test_what_is_asked_of_a_running_campaign_can_be_taken_back_until_it_ends(
@@ -174,7 +174,7 @@ def test_what_is_asked_of_a_running_campaign_can_be_taken_back_until_it_ends(
     held.take_next()
     for wish in (Asked.HOLD, Asked.HOLD, Asked.NOTHING, Asked.NOTHING, Asked.HOLD):
         assert store.ask(campaign.id, wish, "over HTTP").asked is wish
-        assert held.sign_of_life(campaign) == Order(asked=wish)
+        assert held.renew(campaign) == Order(asked=wish)
     for wish, asked, reason in [
         (Asked.STOP, Asked.STOP, "stop"),
         (Asked.STOP, Asked.STOP, "stop"),
@@ -276,7 +276,7 @@ def test_whatever_happens_every_campaign_tells_one_true_story(
             case "abort" if running is not None:
                 store.abort(running.id, "asked")
             case "end" if running is not None:
-                reason = held.sign_of_life(running).reason
+                reason = held.renew(running).reason
                 held.end(running, CampaignState.ABORTED if reason else CampaignState.DONE, reason or "")
                 running = None
             case "die":

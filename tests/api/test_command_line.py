@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from api.cli.arguments import spread
+from api.cli.arguments import repeat_options
 from api.cli.main import main
 from api.cli.run import plan_of
 from api.cli.run_formats import read_any, write_any
@@ -372,10 +372,10 @@ def test_a_spoilt_csv_is_refused_by_place(
 
 
 def test_several_values_after_one_option_all_count() -> None:
-    assert spread(["explain", "m", "a", "--held-out", "b", "c", "-o", "d"]) == [
+    assert repeat_options(["explain", "m", "a", "--held-out", "b", "c", "-o", "d"]) == [
         *("explain", "m", "a", "--held-out", "b", "--held-out", "c", "-o", "d")
     ]
-    assert spread(["sim", "--hide", "x", "y", "--speed", "2"]) == [
+    assert repeat_options(["sim", "--hide", "x", "y", "--speed", "2"]) == [
         *("sim", "--hide", "x", "--hide", "y", "--speed", "2")
     ]
 

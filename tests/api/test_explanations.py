@@ -44,6 +44,12 @@ def test_uploaded_runs_are_explained_as_on_the_command_line(base: str, folder: P
     page = httpx.get(base + done["report_html"])
     assert page.headers["content-type"].startswith("text/html")
     assert "Coulomb friction" in page.text
+    downloaded = tmp_path / "downloaded"
+    downloaded.mkdir()
+    for name, route in (("report.json", done["report"]), ("evidence.h5", done["evidence"])):
+        (downloaded / name).write_bytes(httpx.get(base + route).content)
+    assert main(["report", str(downloaded)]) == 0
+    assert (downloaded / "report.html").read_text(encoding="utf-8") == page.text
     assert done in get(base, "/v1/explanations")["explanations"]
     late = httpx.post(f"{base}/v1/explanations/{done['id']}/cancel")
     assert (late.status_code, late.json()["detail"].count(done["id"])) == (409, 1)
@@ -148,7 +154,7 @@ def test_a_test_engineer_asks_in_the_browser_and_reads_the_report(
         field = page.call("DOM.querySelector", nodeId=document, selector="#model")["nodeId"]
         page.call("DOM.setFileInputFiles", nodeId=field, files=[str(tmp_path / "model.json")])
         page.evaluate("document.querySelector('#ask').click()")
-        page.wait_for("document.querySelectorAll('#explanations a').length === 3", within_s=300.0)
+        page.wait_for("document.querySelectorAll('#explanations a').length === 4", within_s=300.0)
         page.evaluate("document.querySelector('#explanations').scrollIntoView()")
         assert len(page.picture(tmp_path / "page.png")) > 20_000
         link = page.evaluate("document.querySelector('#explanations a').href")

@@ -1,4 +1,4 @@
-"""The way out after Ctrl-C: whole, and not to be swallowed."""
+"""Handling of Ctrl-C: cleaning up is completed, and no library can swallow it."""
 
 from __future__ import annotations
 

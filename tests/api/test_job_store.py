@@ -83,7 +83,7 @@ def test_a_job_that_waits_is_cancelled_at_once_and_one_that_has_ended_no_more(
     for state in (JobState.DONE, JobState.FAILED):
         job = accept(jobs)
         taken(database).end(state)
-        with pytest.raises(Conflict, match=f"job {job.id} is {state}: it can be cancelled no more"):
+        with pytest.raises(Conflict, match=f"job {job.id} is {state}: it can no longer be cancelled"):
             jobs.cancel(job.id, "late")
 
 
@@ -176,7 +176,7 @@ def test_files_of_results_go_when_they_are_old_and_records_stay(
     left = jobs.one(old.id)
     assert (left.state, left.result, left.has_files) == (JobState.DONE, {"verdict": "explained"}, False)
     assert jobs.one(new.id).has_files
-    with pytest.raises(NotFound, match="ask for it again"):
+    with pytest.raises(NotFound, match="submit it again"):
         results.file(left, "report.json")
     with pytest.raises(Conflict, match="failed: only one that is done has report"):
         results.file(jobs.one(failed.id), "report.json")

@@ -20,6 +20,8 @@ from rigctl.runfile import write_run
 from tests.api.following import get, reached
 from tests.api.measured import MODEL, NAMES, a_run, sent
 
+FIGURES = ("kind", "parameters", "free_parameters", "rms", "rrmsse", "fit", "eearth")  # all but the cost, which varies
+
 
 def submit(base: str, body: dict[str, Any]) -> httpx.Response:
     return httpx.post(f"{base}/v1/jobs", json=body, timeout=120)
@@ -61,6 +63,32 @@ def test_a_sheet_is_that_of_the_command_line(
     assert all(name in page.text for name in NAMES)
 
 
+def test_a_comparison_is_that_of_the_command_line(
+    base: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    paths = [folder / "model.json", tmp_path / "stiffer.json"]
+    models = [
+        MODEL,
+        {**MODEL, "name": "stiffer", "paths": {"core": [{"element": "viscous_damping", "parameters": {"c": 700.0}}]}},
+    ]
+    paths[1].write_text(json.dumps(models[1]))
+    job = done(base, {"kind": "compare", "models": models, "runs": [sent(base, folder / n) for n in NAMES[:2]]})
+    assert job["name"] == "comparison of 2 models"
+    runs = [str(folder / name) for name in NAMES[:2]]
+    given = [*map(str, paths), "--runs", *runs, "-o", str(tmp_path / "comparison.html"), "--json"]
+    assert main(["compare", *given]) == 0
+    here, there = json.loads(capsys.readouterr().out), get(base, job["files"]["comparison.json"])
+    assert there["runs"] == here["runs"]
+    for sent_model, given_model in zip(there["models"], here["models"], strict=True):
+        assert {key: sent_model[key] for key in FIGURES} == {key: given_model[key] for key in FIGURES}
+    assert job["result"]["models"][1] == {"model": "stiffer"} | {
+        k: there["models"][1][k] for k in ("rms", "fit", "eearth")
+    }
+    page = httpx.get(base + job["files"]["comparison.html"])
+    assert page.headers["content-type"].startswith("text/html")
+    assert "stiffer" in page.text
+
+
 def test_an_explanation_can_be_seen_and_cancelled_as_a_job(base: str, folder: Path) -> None:
     body = {"kind": "explain", "model": MODEL, "runs": [sent(base, folder / name) for name in NAMES]}
     job = submit(base, body).json()
@@ -76,9 +104,9 @@ def test_an_explanation_can_be_seen_and_cancelled_as_a_job(base: str, folder: Pa
 @pytest.mark.parametrize(
     ("body", "status", "words"),
     [
-        ({"runs": ["x"]}, 422, ["kind is missing", "explain, fit, characterise"]),
-        ({"kind": "compare", "runs": ["x"]}, 422, ["kind is 'compare'", "explain, fit, characterise"]),
-        ({"kind": 7}, 422, ["kind is", "explain, fit, characterise"]),
+        ({"runs": ["x"]}, 422, ["kind is missing", "explain, fit, characterise, compare"]),
+        ({"kind": "export", "runs": ["x"]}, 422, ["kind is 'export'", "explain, fit, characterise, compare"]),
+        ({"kind": 7}, 422, ["kind is", "explain, fit, characterise, compare"]),
         ({"kind": "fit", "runs": ["x"]}, 422, ["model is missing"]),
         ({"kind": "fit", "model": MODEL, "runs": []}, 422, ["at least one measured run"]),
         ({"kind": "fit", "model": MODEL, "runs": ["nobody"]}, 404, ["nobody"]),
@@ -88,6 +116,11 @@ def test_an_explanation_can_be_seen_and_cancelled_as_a_job(base: str, folder: Pa
         ({"kind": "fit", "model": MODEL, "held_out": ["x"]}, 422, ["held_out", "not a known key", "starts"]),
         ({"kind": "characterise", "rig": "x", "runs": ["x"]}, 422, ["rig and runs"]),
         ({"kind": "characterise", "model": MODEL}, 422, ["model", "not a known key", "specimen"]),
+        ({"kind": "compare", "runs": ["x"]}, 422, ["models is missing"]),
+        ({"kind": "compare", "models": [], "runs": ["x"]}, 422, ["models has 0 entries"]),
+        ({"kind": "compare", "models": [MODEL, {**MODEL, "kind": "fmu"}], "runs": ["x"]}, 422, ["models.1: kind is"]),
+        ({"kind": "compare", "models": [MODEL], "runs": ["nobody"]}, 404, ["nobody"]),
+        ({"kind": "compare", "models": [MODEL]}, 422, ["at least one measured run"]),
     ],
 )
 def test_a_wrong_request_is_refused_in_one_line(base: str, body: dict[str, Any], status: int, words: list[str]) -> None:
@@ -127,7 +160,8 @@ def test_the_description_for_programs_types_every_kind(base: str) -> None:
     fit = schema["components"]["schemas"][body["discriminator"]["mapping"]["fit"].rsplit("/", 1)[1]]
     assert {"model", "starts", "robust", "refine", "runs"} <= set(fit["properties"])
     page = httpx.get(f"{base}/docs").text
-    for kind, words in {"fit": "starts: integer", "explain": "held_out: array of string"}.items():
+    typed = {"fit": "starts: integer", "explain": "held_out: array of string", "compare": "models: array of object"}
+    for kind, words in typed.items():
         assert f"kind: {kind}" in page
         assert words in page
 
@@ -151,7 +185,7 @@ def test_a_job_runs_at_lower_priority_than_rig_control(folder: Path, tmp_path: P
 
 
 def test_a_service_that_loads_every_kind_loads_none_of_their_work() -> None:
-    heavy = tuple(f"identification.{name}" for name in ("discrepancy", "fitting", "sheet"))
+    heavy = tuple(f"identification.{name}" for name in ("discrepancy", "fitting", "sheet", "models.comparison_page"))
     code = f"import sys, api.jobs.kinds; print([name for name in {heavy} if name in sys.modules])"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert said.stdout.strip() == "[]"

@@ -97,7 +97,7 @@ def test_a_campaign_holds_resumes_and_stops_over_http(service: Child, rig: str) 
     assert order(service.url, asked, "stop") == 202
     stopped = until(service.url, asked["id"], ended)
     assert (stopped["state"], states(stopped), stopped["asked"]) == ("aborted", ["done", "aborted"], "")
-    assert stopped["reason"] == "a stop was asked for over HTTP"
+    assert stopped["reason"] == "a stop was requested over HTTP"
     assert [order(service.url, asked, what) for what in ("hold", "resume", "stop")] == [409, 409, 202]
     whole, part = get(service.url, f"/v1/campaigns/{asked['id']}/runs")["runs"]
     assert (whole["status"], whole["samples"], part["status"]) == ("complete", 20_000, "aborted")
@@ -158,7 +158,7 @@ def test_after_kill_9_the_campaign_is_closed_truthfully_and_its_samples_are_kept
         base = again.wait_until_ready()
         closed = until(base, running["id"], ended)
         assert closed["state"] == "failed"
-        assert "no sign of life" in closed["reason"]
+        assert "did not renew its lease" in closed["reason"]
         [run] = get(base, f"/v1/campaigns/{running['id']}/runs")["runs"]
         assert run["status"] == "truncated"
         # The file reaches the disk every 0.2 s, at ten times real time: 2 000 samples or a little more

@@ -107,7 +107,7 @@ def test_a_lost_lease_stops_the_player_and_is_told(lab: Lab) -> None:
 class Silent(HeldRig):
     """A lease whose store does not answer any more."""
 
-    def sign_of_life(self, campaign: Campaign) -> str | None:
+    def renew(self, campaign: Campaign) -> str | None:
         raise StoreError("the store does not answer")
 
 
@@ -131,7 +131,7 @@ def test_a_player_that_hangs_loses_its_lease(lab: Lab) -> None:
     database, _, held, campaign = lab
     now = [100.0]
     short = HeldRig(database, RIG, replace(held.lease, length_s=0.05))
-    short.sign_of_life(campaign)
+    short.renew(campaign)
     with Watch(short, campaign, Live(), stop=Event(), poll_s=POLL_S, now=lambda: now[0]):
         now[0] += 1.0  # since the player's last call
         until(lambda: hold_rig(database, RIG, "worker 2", 20.0) is not None)

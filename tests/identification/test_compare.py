@@ -109,7 +109,7 @@ def test_the_page_opens_offline_and_shows_every_model_and_run(found: Comparison,
     assert not re.search(r"<(script|link|img)[^>]+(src|href)=", page)
     for word in ("4 models on 3 runs", "none-3-2", "free", "cubic &lt;b&gt;", "fails: too fast for &lt;me&gt;",
                  "not stated", "left on 2 of 3 runs", "fails on 2 of 3 runs",
-                 "as simulated today</b> is nearest"):  # fmt: skip
+                 "as simulated today</b> has the smallest error"):  # fmt: skip
         assert word in page, word
     assert "<me>" not in page
     with pytest.raises(OutputError, match="cannot be written"):

@@ -130,7 +130,9 @@ def test_parameters_that_trade_are_named_with_the_test_that_would_part_them() ->
     noise = np.random.default_rng(1).standard_normal(n)
     record = replace(base, motion=motion, force=simulate(model, motion).force + noise, window=slice(0, n))
     said = warnings(fit_records(model, [record]))
-    assert any("can't tell linear_stiffness.k from moving_mass.m" in s and "another frequency" in s for s in said), said
+    assert any(
+        "cannot separate linear_stiffness.k from moving_mass.m" in s and "another frequency" in s for s in said
+    ), said
     assert warnings(fit_records(model, [recorded(model)])) == []
 
 

@@ -9,52 +9,11 @@ from numpy.typing import NDArray
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model, element
 from identification.physical.simulate import simulate
-from tests.identification.gradients import extrapolated, freed
+from tests.identification.gradients import TYPICAL, extrapolated, freed
 from tests.identification.motions import motion
 
 Floats = NDArray[np.float64]
 
-# A typical value of each element's parameters for a damper of some hundred newton at 20 mm.
-TYPICAL: dict[str, dict[str, float]] = {
-    "viscous_damping": {"c": 100, "c_control": 50},
-    "arctan_damping": {"F1": 300, "S": 30, "d": 100, "F2": 3},
-    "piecewise_linear_damping": {"c1": 3000, "c2": 400, "f_r": 200},
-    "valve_damping": {"c_soft": 800, "c_firm": 4000, "u_soft": 0.2, "u_firm": 1.7, "w_knee": 0.4},
-    "quadratic_damping": {"q": 300},
-    "relief_valve": {"c_drop": 200, "w_knee": 0.1},
-    "damping_asymmetry": {"c_a": 100},
-    "tanh_hysteresis": {"alpha": 80, "alpha_control": 10, "beta": 30, "delta": 0.3, "z_r": 0.002},
-    "bouc_wen": {"alpha": 1e5, "A": 1, "n": 1.7, "beta": 1e4, "gamma": 1e4, "alpha_control": 2e4},
-    "coulomb_friction": {"f_c": 60, "w_r": 0.01},
-    "stribeck_friction": {"f_c": 50, "f_s": 90, "w_s": 0.05, "w_r": 0.01},
-    "presliding_friction": {"sigma": 4e4, "f_c": 80},
-    "lugre_friction": {"sigma0": 4e4, "sigma1": 20, "f_c": 80, "f_s": 100, "w_s": 0.05},
-    "modulated_tanh_hysteresis": {"alpha1": 1, "alpha2": 0.5, "alpha3": -50, "alpha4": 100, "alpha5": 80, "beta1": 20,
-                                  "beta2": -0.4, "delta1": 0.2, "delta2": 0.4},
-    "hysteretic_biviscous": {"c_po": 300, "c_pr": 3000, "f_y": 100, "f_y_control": 50, "v_0": 0.01},
-    "sigmoid_hysteresis": {"F_t": 100, "F_t_control": 30, "alpha": 40, "h": 0.1, "k_v": 1},
-    "linear_stiffness": {"k": 4000},
-    "cubic_stiffness": {"k3": 1e6},
-    "gas_spring": {"f0": 200, "length": 0.12, "n": 1.3},
-    "end_stop": {"k": 3e4, "z_max": 0.012},
-    "position_dependent_damping": {"p": 200},
-    "temperature_fade": {"kappa": 0.01, "T_ref": 25},
-    "reversal_force_lag": {"length": 0.004},
-    "series_compliance": {"k": 1.2e6, "c": 300},
-    "relaxing_compliance": {"k1": 1.2e6, "k2": 4e5, "c2": 3e3},
-    "series_dashpot": {"c": 5e4, "c_control": 1e4},
-    "free_play": {"gap": 1e-3},
-    "control_lag": {"tau": 0.012},
-    "control_delay": {"tau": 0.0123},
-    "control_saturation": {"i_s": 1.0},
-    "control_hysteresis": {"h": 0.1},
-    "force_delay": {"tau": 0.0034},
-    "force_offset": {"F0": 7},
-    "moving_mass": {"m": 2},
-    "parallel_stiffness": {"k": 300},
-    "force_drift": {"rate": 3},
-    "mains_hum": {"amplitude": 5, "frequency": 50, "phase": 0.4},
-}  # fmt: skip
 # What bends or jumps moves its bend with the parameter: there a sample's derivative is one side's, or none.
 BENT = {"relief_valve": 1e-5, "piecewise_linear_damping": 1e-5, "end_stop": 1e-5, "free_play": 5e-2,
         "control_delay": 2e-2, "control_hysteresis": 1e-3, "force_delay": 2e-2}  # fmt: skip

@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identification.criteria import FORM
 from identification.discrepancy import Verdict, explain, naming, report_data, write_report
 from identification.discrepancy.aliases import aliases
 from identification.discrepancy.curves import interval_of_rms
-from identification.discrepancy.excess import FORM_TOLERANCE, contribution, excess_of, misshapen
+from identification.discrepancy.excess import contribution, excess_of, form_error
 from identification.discrepancy.notes import coarse, unnamed
 from identification.discrepancy.trials import Trial, is_mistaken
 from identification.errors import DataError
@@ -79,16 +80,16 @@ def test_a_search_that_leads_no_further_goes_on_from_the_better_fit_it_had_passe
     tried = naming.Compared(without=base, start=base, beside=(), rivals=tuple(found))
     stuck = naming.Search(fit=worst.fit, names=(worst.name,), excess=worst.excess, given=BASE,
                           base_excess=excess_of(base), compared={worst.name: tried})  # fmt: skip
-    otherwise = naming._otherwise(stuck)
+    otherwise = naming._swap_in_better_fit(stuck)
     assert otherwise is not None
-    grown = naming.grown(otherwise, records)
+    grown = naming.improve_once(otherwise, records)
     assert grown is not None
     assert sorted(grown.names) == ["linear_stiffness", "moving_mass"]
     assert [m.kind for m in grown.moves] == ["swap", "add"]
     since = replace(stuck, names=(worst.name, "force_offset"))  # what was tried without a name says nothing beside it
-    assert naming._otherwise(since) is None
+    assert naming._swap_in_better_fit(since) is None
     best = min(found, key=lambda t: t.excess)
-    assert naming._otherwise(replace(stuck, fit=best.fit, names=(best.name,), excess=best.excess)) is None
+    assert naming._swap_in_better_fit(replace(stuck, fit=best.fit, names=(best.name,), excess=best.excess)) is None
 
 
 def test_an_effect_is_named_on_top_of_a_simulation_of_any_other_program() -> None:
@@ -257,8 +258,8 @@ def dry_frictions(state: naming.Search) -> int:
     return sum(state.fit.model.element(n).spec.dry_friction for n in state.names)
 
 
-@pytest.mark.parametrize("settles", [True, False])
-def test_two_dry_frictions_in_one_machine_are_given_one_name(settles: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("revised", [True, False])
+def test_two_dry_frictions_in_one_machine_are_given_one_name(revised: bool) -> None:
     """A seal with its breakaway and a guide that turns over gently: no one form is both, swapped or not."""
     records = [compact(record_from_run(r)) for r in campaign("two_frictions", seed=6)[0]]
     base = fit_records(BASE, records)
@@ -266,12 +267,12 @@ def test_two_dry_frictions_in_one_machine_are_given_one_name(settles: bool, monk
     state = naming.Search(
         fit=rubbed, names=("coulomb_friction",), excess=excess_of(rubbed), given=BASE, base_excess=excess_of(base)
     )
-    if not settles:
-        monkeypatch.setattr(naming, "_settle", lambda found, records: found)
-        added = naming._added(state, records)
+    revise = naming.revise_names if revised else (lambda found, records: found)
+    if not revised:
+        added = naming._add_best(state, records, revise=revise)
         assert added is not None
         assert dry_frictions(added) == 2
-    grown = naming.grown(state, records)
+    grown = naming.improve_once(state, records, revise)
     assert grown is not None
     assert dry_frictions(grown) == 1
 
@@ -324,9 +325,9 @@ def test_a_hysteresis_that_comes_back_the_way_it_went_is_a_spring(n: float, shar
 @pytest.mark.parametrize("closed", [-1.0, 0.0, 1e3, 1e9])
 def test_what_may_be_the_form_of_a_name_is_bounded_by_what_the_name_closes(closed: float) -> None:
     records = [compact(record_from_run(run("none", 0, 1)))]
-    form = misshapen(BASE, ["tanh_hysteresis"], records, closed)
-    assert 0.0 <= form <= 4.0 * FORM_TOLERANCE**2 * max(closed, 0.0)
-    assert form <= FORM_TOLERANCE**2 * contribution(BASE, "tanh_hysteresis", records)
+    form = form_error(BASE, ["tanh_hysteresis"], records, closed)
+    assert 0.0 <= form <= 4.0 * FORM.tolerance**2 * max(closed, 0.0)
+    assert form <= FORM.tolerance**2 * contribution(BASE, "tanh_hysteresis", records)
 
 
 def as_found(*added: Element) -> tuple[naming.Search, list[Record]]:
@@ -344,14 +345,14 @@ def as_found(*added: Element) -> tuple[naming.Search, list[Record]]:
 def test_how_the_halves_of_a_joint_with_play_meet_is_no_effect_of_its_own(k: float, named: bool) -> None:
     play, seat = element("free_play", {"gap": 1e-3}), element("series_compliance", {"k": k, "c": 0.0})
     state, records = as_found(play, seat)
-    rest = naming._without(state.fit, "series_compliance", records)  # a fit with play ends elsewhere at each accuracy
+    rest = naming.fit_without(state.fit, "series_compliance", records)
     assert rest is not None
     whole = replace(state, excess=excess_of(rest) - 0.5 * naming.contribution(state.fit.model, "free_play", records))
-    assert naming.without_departures(whole, records).names == (
+    assert naming.drop_departures(whole, records).names == (
         ("free_play", "series_compliance") if named else ("free_play",)
     )
     of_no_account = replace(state, excess=excess_of(rest))
-    assert naming.without_departures(of_no_account, records).names == ("free_play",)
+    assert naming.drop_departures(of_no_account, records).names == ("free_play",)
 
 
 @pytest.mark.parametrize(
@@ -366,4 +367,4 @@ def test_a_lag_that_only_smears_a_dead_time_is_no_effect_of_its_own(
     lag: float, delay: float, names: tuple[str, ...]
 ) -> None:
     state, records = as_found(element("control_lag", {"tau": lag}), element("control_delay", {"tau": delay}))
-    assert naming.without_departures(state, records).names == names
+    assert naming.drop_departures(state, records).names == names

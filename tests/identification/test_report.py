@@ -21,10 +21,9 @@ from hypothesis import strategies as st
 from api.cli.main import main
 from identification.discrepancy import Explanation, explain, report_data, write_report
 from identification.discrepancy.curves import page_data
-from identification.errors import ReportFileError
+from identification.errors import OutputError, ReportFileError
 from identification.report import draw_report, read_evidence, read_report, write_evidence
 from identification.report.page_data import GapMap, Interval, Words
-from rigctl.errors import RunFileError
 from tests.identification.specimens import AS_SIMULATED, campaign
 
 REPRODUCE = "damper-rig explain model.json runs/*.h5 -o report"
@@ -146,7 +145,7 @@ def test_evidence_is_written_whole_or_not_at_all(named: Explanation, tmp_path: P
     with pytest.raises(UnicodeEncodeError):
         write_evidence(tmp_path / "evidence.h5", unwritable)
     assert (tmp_path / "evidence.h5").read_bytes() == before
-    with pytest.raises(RunFileError, match="cannot be written"):
+    with pytest.raises(OutputError, match="cannot be written"):
         write_evidence(tmp_path / "absent" / "evidence.h5", data)
     assert [p.name for p in tmp_path.iterdir()] == ["evidence.h5"]
 

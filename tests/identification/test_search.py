@@ -25,14 +25,14 @@ def first_trials() -> tuple[list[Record], Search, list[Trial]]:
     return records, bare, naming.trials(base, BASE, records)
 
 
-def test_where_a_name_led_nowhere_the_likeliest_beside_it_is_taken_up() -> None:
+def test_where_a_name_led_nowhere_the_second_choice_is_tried() -> None:
     records, bare, found = first_trials()
     wrong = max(found, key=lambda t: t.excess)
-    astray = naming.taken_up(bare, wrong, found, records)
-    other = search._second(bare, astray, astray.names, records)
+    astray = naming.add_name(bare, wrong, found, records)
+    other = search._second_choice(bare, astray, astray.names, records)
     assert other is not None
     assert other.names == ("moving_mass",)
-    assert search._second(bare, astray, [t.name for t in found], records) is None, "nothing else was tried"
+    assert search._second_choice(bare, astray, [t.name for t in found], records) is None, "nothing else was tried"
     assert search._steps(astray) == [(bare, astray)]
 
 
@@ -40,7 +40,7 @@ def test_what_is_held_near_its_given_value_gets_its_own_limits_back() -> None:
     own = replace(BASE.elements[0].parameters[0], low=600.0)
     valve = Element("valve_damping", (own, *BASE.elements[0].parameters[1:]))
     given = replace(BASE, elements=(valve, BASE.elements[1]))
-    held = search._held(given)
+    held = search.limit_base(given)
     soft, firm = held.elements[0].parameters[:2]
     assert (soft.low, soft.high) == (600.0, 2700.0)
     assert (firm.low, firm.high) == (700.0, 6300.0)
@@ -50,7 +50,7 @@ def test_what_is_held_near_its_given_value_gets_its_own_limits_back() -> None:
     assert delta.high is None, "what is fixed stays as it is"
     records = records_with("none")[:1]
     fit = fit_records(held, records, max_iterations=1)
-    freed = search._freed(Search(fit=fit, names=(), excess=0.0, given=held), given).fit.model
+    freed = search.restore_limits(Search(fit=fit, names=(), excess=0.0, given=held), given).fit.model
     limits = [(p.low, p.high) for e in freed.elements for p in e.parameters]
     assert limits == [(p.low, p.high) for e in given.elements for p in e.parameters]
     assert (freed.values() == fit.model.values()).all()
@@ -62,23 +62,22 @@ def test_a_base_that_has_bent_too_far_is_held_near_what_was_given() -> None:
     assert given.elements[1].value("beta") == 8.0
     base = fit_records(given, records)
     assert base.model.elements[1].value("beta") > 24.0
-    bare = search._bare(given, base, records)  # from which no name was found, say
-    ((text, start),) = search._elsewhere(bare, given, base, records)
+    bare = search.start_state(given, base, records)  # from which no name was found, say
+    ((text, start),) = search.other_starts(bare, given, base, records)
     assert "near its given values" in text
     assert start.names == ("linear_stiffness",)
     assert start.fit.model.elements[1].value("beta") <= 24.0
-    near = search._bare(BASE, fit_records(BASE, records), records)
-    assert not list(search._elsewhere(near, BASE, near.fit, records)), "a base that is near needs no holding"
+    near = search.start_state(BASE, fit_records(BASE, records), records)
+    assert not list(search.other_starts(near, BASE, near.fit, records)), "a base that is near needs no holding"
 
 
-def test_a_trial_that_sticks_says_nothing_against_a_name_that_fits(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_trial_that_sticks_says_nothing_against_a_name_that_fits() -> None:
     records, bare, found = first_trials()
     right = min(found, key=lambda t: t.excess)
-    state = naming.taken_up(bare, right, found, records)
+    state = naming.add_name(bare, right, found, records)
     lost = replace(bare.fit, model=right.fit.model)
     stuck = [replace(t, fit=lost, excess=bare.excess) if t.name == right.name else t for t in found]
-    monkeypatch.setattr(naming, "trials", lambda *_, **__: stuck)
-    again = naming._tried_again(state, right.name, records)
+    again = naming.repeat_trials(state, right.name, records, trials=lambda *_, **__: stuck)
     assert again.names == ("moving_mass",)
     own = [t for t in again.compared["moving_mass"].rivals if t.name == "moving_mass"]
     assert [t.excess for t in own] == [state.excess]
@@ -99,13 +98,13 @@ def test_of_two_answers_that_come_near_only_a_whole_one_replaces_the_first(
     first, second = (
         Search(fit=fit, names=(), excess=e * least, given=BASE, base_excess=100.0 * least) for e in (found, other)
     )
-    assert search._better(second, first, records) == taken
+    assert search.is_better(second, first, records) == taken
 
 
 def test_a_start_that_was_taken_already_is_not_taken_again() -> None:
     records, bare, found = first_trials()
     wrong = max(found, key=lambda t: t.excess)
-    base, last = bare.fit, replace(naming.taken_up(bare, wrong, found, records), excess=0.0)
-    assert [start.names for _, start in search._elsewhere(last, base.model, base, records)] == [("moving_mass",)]
+    base, last = bare.fit, replace(naming.add_name(bare, wrong, found, records), excess=0.0)
+    assert [start.names for _, start in search.other_starts(last, base.model, base, records)] == [("moving_mass",)]
     tried = replace(last, dead_end=frozenset({"moving_mass"}))
-    assert not list(search._elsewhere(tried, base.model, base, records))
+    assert not list(search.other_starts(tried, base.model, base, records))

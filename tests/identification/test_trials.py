@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identification.criteria import CHANCE
 from identification.discrepancy import nexttest, trials
 from identification.discrepancy.candidates import guesses
 from identification.fitting.leastsquares import evaluate, fit_records, free_parameters
@@ -22,7 +23,7 @@ def test_of_fits_that_came_to_the_same_place_the_best_is_kept() -> None:
     best = fit_records(BASE, records)
     again = fit_records(BASE.with_values(1.1 * BASE.values()), records)
     off = fit_records(BASE.with_values(1.5 * BASE.values()), records, max_iterations=0)
-    assert trials._apart([best, again, off]) == [best, off]
+    assert trials.distinct([best, again, off]) == [best, off]
 
 
 def test_no_first_guess_of_a_relief_valve_takes_away_more_damping_than_is_missing() -> None:
@@ -43,7 +44,7 @@ def test_the_worth_of_a_test_is_what_a_refit_to_all_runs_and_to_it_would_leave()
     left = (apart - columns @ np.linalg.lstsq(columns, apart, rcond=None)[0])[-new.measured.size :]
     assert value is not None
     assert value == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=1e-6)
-    assert value > nexttest._TELLS
+    assert value > CHANCE.unnoticed
 
 
 def test_a_test_that_a_model_cannot_run_is_worth_nothing() -> None:

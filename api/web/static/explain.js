@@ -1,4 +1,4 @@
-// What the simulation is missing: asked for on the runs of the campaign on show, followed, and read as a report.
+// Explanations on the runs of the campaign that is shown: submit, follow, read the report.
 "use strict";
 
 let explanations = [];
@@ -8,8 +8,8 @@ function explanationsOfCampaign() {
   if (!campaign) return;
   const captured = campaign.tests.some((test) => test.state === "done" && !test.held_out);
   at("ask").disabled = asking || !captured;
-  at("asked").textContent = asking ? "looking at the runs and the model …"
-    : captured ? "" : "possible when a training test has been captured";
+  at("asked").textContent = asking ? "checking the runs and the model …"
+    : captured ? "" : "possible after a training test is captured";
   at("explanations").replaceChildren(
     ...explanations.filter((one) => one.campaign === campaign.id).map(explanationLine));
 }
@@ -25,7 +25,9 @@ function explanationLine(one) {
     const found = one.effects.map((e) => `${e.element} (confidence ${e.confidence.toFixed(2)})`).join(", ");
     item.append(make("p", "", one.verdict.replaceAll("_", " ") + (found ? ": " + found : "")));
     const links = make("p", "hint");
-    for (const [text, url] of [["Report", one.report_html], ["report.json", one.report], ["model.json", one.model]]) {
+    const files = [["Report", one.report_html], ["report.json", one.report], ["evidence.h5", one.evidence],
+      ["model.json", one.model]];
+    for (const [text, url] of files) {
       const link = make("a", "", text);
       link.href = url;
       link.target = "_blank";

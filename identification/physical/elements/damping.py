@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from identification.physical.elements.spec import (
     TINY,
     UNBOUNDED,
+    Alias,
     Curve,
     ElementSpec,
     Family,
@@ -21,11 +22,17 @@ if TYPE_CHECKING:
 
 # What makes a force fall with speed may break a core loose behind its mount: once more, too faint for that.
 _FAINT = 0.1
-_NO_LOOP = 0.02  # hysteresis with less offset of its branches is a plain curve: beside another, that one's correction
+# Offset of the branches, delta, below which a hysteresis is a plain curve: its loop is then 2 % of alpha high at rest,
+# less than a third of the tolerance of form. Beside another curve it only corrects that one.
+_NO_LOOP = 0.02
 
 
 def _slopes(s: Scales) -> tuple[float, float]:
     return 0.2 / s.v_rms, 3.0 / s.speeds[0]  # a curve steeper than the slow speeds is friction
+
+
+def _knees(s: Scales) -> tuple[float, float]:
+    return 0.1 * s.speeds[0], 30.0 * s.v_rms
 
 
 def _arctan_starts(s: Scales) -> Sequence[Values]:
@@ -145,6 +152,35 @@ ROWS: Final = (
         equation="f = c_a·|w|",
         parameters=(ParameterSpec("c_a", "N·s/m", UNBOUNDED, remedy=Remedy.SPEEDS),),
         starts=lambda s: [{"c_a": part * s.gap / s.v_rms} for part in (1.0, _FAINT)],
+    ),
+    ElementSpec(
+        name="rebound_compression_damping",
+        family=Family.DAMPING,
+        title="damping with its own curve in rebound and in compression",
+        equation="f = c·w·(share + (1 − share)/√(1 + (w/w_knee)²)), c and w_knee: c_r and w_r in rebound (w > 0), "
+        "c_c and w_c in compression; share: what is left of the slope far beyond the knee",
+        parameters=(
+            ParameterSpec("c_r", "N·s/m", remedy=Remedy.SPEEDS),
+            ParameterSpec("w_r", "m/s", TINY, limits=_knees, remedy=Remedy.SPEEDS),
+            ParameterSpec("c_c", "N·s/m", remedy=Remedy.SPEEDS),
+            ParameterSpec("w_c", "m/s", TINY, limits=_knees, remedy=Remedy.SPEEDS),
+            ParameterSpec("share", "–", high=1.0, default=0.0, bound_is_meant=True, remedy=Remedy.SPEEDS),
+        ),
+        nameable=False,  # a base for a simulation: what it adds to another curve has names of fewer parameters
+        curve=Curve.WHOLE,
+    ),
+    ElementSpec(
+        name="hydraulic_bump_stop",
+        family=Family.DAMPING,
+        title="hydraulic bump stop",
+        equation="f = q·max(0, |z| − z_max)·w·|w|",
+        parameters=(
+            ParameterSpec("q", "N·s²/m³", remedy=Remedy.SPEEDS),
+            ParameterSpec("z_max", "m", limits=lambda s: (0.05 * s.x_max, s.x_max), remedy=Remedy.STROKE),
+        ),
+        starts=lambda s: [{"q": s.force / (s.v_rms**2 * s.x_max), "z_max": part * s.x_max} for part in (0.65, 0.85)],
+        by_position=True,
+        alias=Alias("an end stop of rubber with much damping of its own", "move slowly to the end of the stroke"),
     ),
     ElementSpec(
         name="tanh_hysteresis",

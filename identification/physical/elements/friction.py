@@ -22,8 +22,11 @@ from identification.physical.elements.spec import (
 if TYPE_CHECKING:
     from identification.scales import Scales
 
-_FALLS = 1.05  # friction at rest over that in motion: less is no fall
-_LOOP = 0.2  # of its slope: what a hysteresis loses at least on the way there, to be told from a spring
+# Friction at rest over that in motion: a smaller ratio is within the tolerance of form (6 %), so no fall.
+_FALLS = 1.05
+# Share of its slope that a hysteresis loses within half the stroke, at least: with less it is a spring within the
+# accuracy of a fit. Read off kept outcomes.
+_LOOP = 0.2
 
 # Measured friction builds up over a velocity w_r; the canonical form jumps.
 _BUILD_UP = ParameterSpec("w_r", "m/s", default=0.0, refinement=True)

@@ -22,9 +22,13 @@ RIGID_STIFFNESS: Final = 3e7
 RIGID_DAMPING: Final = 3e3
 """Its damping, N·s/m."""
 
-_STEEL = 0.2  # of a rigid contact's stiffness
-_SEAT = 0.05  # of what a play does: as much as the ways in which its halves may meet differ
-_PLAY = 0.1  # of what its contact gives way under the rms force: less play does not show beside it
+# Share of the rigid contact's stiffness (6e6 N/m) beyond which a compliance is that of the contact. Read off outcomes.
+_STEEL = 0.2
+# Share of the energy of a play that the stiffness of its contact may close without a name of its own: the ways in which
+# the halves of a joint meet differ by as much. Read off outcomes.
+_SEAT = 0.05
+# Share of the deflection of the contact under the rms force: a smaller gap does not show beside the deflection.
+_PLAY = 0.1
 _BAR = "put a rigid bar in the place of the damper: what yields then is the rig's"
 
 

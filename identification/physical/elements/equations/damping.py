@@ -17,6 +17,8 @@ _VISCOUS, _ARCTAN = code_of("viscous_damping"), code_of("arctan_damping")
 _PIECEWISE, _VALVE = code_of("piecewise_linear_damping"), code_of("valve_damping")
 _QUADRATIC, _RELIEF = code_of("quadratic_damping"), code_of("relief_valve")
 _ASYMMETRY, _TANH = code_of("damping_asymmetry"), code_of("tanh_hysteresis")
+_REBOUND_COMPRESSION = code_of("rebound_compression_damping")
+_BUMP_STOP = code_of("hydraulic_bump_stop")
 STIFF = _ARCTAN  # the element that a caller with a constant code makes fastest: stiff models of the literature hold it
 
 
@@ -147,6 +149,46 @@ def asymmetry(q, at):
     return Force(q.c_a * abs(at.w), 0.0, f_w, 0.0, 0.0, 0.0, 0.0), Asymmetry(abs(at.w))
 
 
+class ReboundCompression(NamedTuple):
+    c_r: float
+    w_r: float
+    c_c: float
+    w_c: float
+    share: float
+
+
+@inlined
+def rebound_compression(q, at):
+    """c·w·(share + (1 − share)/√(1 + (w/w_knee)²)) with the slope and the knee of the side."""
+    rebound = at.w > 0.0
+    c, knee = (q.c_r, q.w_r) if rebound else (q.c_c, q.w_c)
+    y = at.w / knee
+    g = 1.0 / np.sqrt(1.0 + y * y)
+    part, bend = q.share + (1.0 - q.share) * g, (1.0 - q.share) * g * g * g
+    by_c, by_knee = at.w * part, c * bend * y * y * y
+    by_share = c * at.w * (1.0 - g)
+    force = Force(c * by_c, 0.0, c * (q.share + bend), 0.0, 0.0, 0.0, 0.0)
+    if rebound:
+        return force, ReboundCompression(by_c, by_knee, 0.0, 0.0, by_share)
+    return force, ReboundCompression(0.0, 0.0, by_c, by_knee, by_share)
+
+
+class BumpStop(NamedTuple):
+    q: float
+    z_max: float
+
+
+@inlined
+def hydraulic_bump_stop(q, at):
+    """q·max(0, |z| − z_max)·w·|w|: an orifice that closes beyond a stroke."""
+    over, square = abs(at.z) - q.z_max, at.w * abs(at.w)
+    if over <= 0.0:
+        return Force(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), BumpStop(0.0, 0.0)
+    f_z = q.q * square * (1.0 if at.z > 0.0 else -1.0)
+    force = Force(q.q * over * square, f_z, 2.0 * q.q * over * abs(at.w), 0.0, 0.0, 0.0, 0.0)
+    return force, BumpStop(over * square, -q.q * square)
+
+
 class Tanh(NamedTuple):
     alpha: float
     alpha_control: float
@@ -206,6 +248,14 @@ def damping(code, p, o, at, dp, wanted):
         force, by = asymmetry(Asymmetry(p[o]), at)
         if wanted:
             dp[o] = by.c_a
+    elif code == _BUMP_STOP:
+        force, by = hydraulic_bump_stop(BumpStop(p[o], p[o + 1]), at)
+        if wanted:
+            dp[o], dp[o + 1] = by
+    elif code == _REBOUND_COMPRESSION:
+        force, by = rebound_compression(ReboundCompression(p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4]), at)
+        if wanted:
+            dp[o], dp[o + 1], dp[o + 2], dp[o + 3], dp[o + 4] = by
     else:
         force, by = tanh_hysteresis(Tanh(p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4]), at)
         if wanted:
