@@ -40,7 +40,7 @@ class SearchResult:
     base: Fit
     found: Search
     evidence: Sequence[Evidence]
-    withheld: Sequence[Evidence]  # of names that were not upheld
+    withheld: Sequence[Evidence]  # of names that were dropped as doubtful
     hum: Hum | None
     train: Sequence[Record]
     held: Sequence[Record]
