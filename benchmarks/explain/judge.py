@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import time
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from benchmarks.hidden import STANDARD, Case, Conditions, case
 from identification.discrepancy import Explanation, explain
-from identification.discrepancy.evidence import Evidence
 from identification.errors import IdentificationError
-from identification.physical.model import name_of
 from identification.physical.modelfile import model_from_json
 
 Outcome = dict[str, Any]  # Any: a line of JSON
@@ -22,9 +19,8 @@ def judge(kind: str, seed: int, conditions: Conditions = STANDARD) -> Outcome:
     """Draw the case, explain it, and compare; the answer is one line of JSON."""
     hidden = case(seed, kind, conditions)
     outcome: Outcome = {
-        "kind": kind, "seed": seed, "runs": conditions.runs, "true": sorted(hidden.effects),
-        "family": hidden.detail.get("family"), "unknown": hidden.detail.get("unknown"),
-        "excess": hidden.excess, "mismatch": hidden.mismatch,
+        "kind": kind, "seed": seed, "true": sorted(hidden.effects), "family": hidden.detail.get("family"),
+        "unknown": hidden.detail.get("unknown"), "excess": hidden.excess, "mismatch": hidden.mismatch,
     }  # fmt: skip
     begun, busy = time.perf_counter(), time.process_time()
     try:
@@ -42,10 +38,11 @@ def answer(found: Explanation) -> Outcome:
         "verdict": str(found.verdict),
         "names": {e.element: e.confidence for e in found.effects},
         "alternatives": {e.element: dict(e.alternatives) for e in found.effects},
-        "judged": [
-            *(_judged(e.evidence, stated=True) for e in found.effects if e.evidence is not None),
-            *(_judged(e, stated=False) for e in found.withheld),
-        ],
+        "evidence": {
+            e.element: {"spread": e.evidence.spread, "left": e.evidence.left, "own_share": e.evidence.own_share}
+            for e in found.effects
+            if e.evidence is not None
+        },
         "held_out": {
             "as_given": held.as_given, "base_refitted": held.base_refitted, "final": held.final,
             "noise_floor": held.noise_floor, "closed": held.closed,
@@ -57,15 +54,6 @@ def answer(found: Explanation) -> Outcome:
             }
             for m in found.moves
         ],
-    }  # fmt: skip
-
-
-def _judged(e: Evidence, *, stated: bool) -> Outcome:
-    """A name that the search found, what spoke for it, and whether that was enough to state it."""
-    return {
-        "name": name_of(e.name), "stated": stated, "confidence": e.confidence, **asdict(e.features),
-        "strengths": [s if np.isfinite(s) else None for s in e.strengths], "precision": list(e.precision),
-        "rivals": [[r.name, r.behind, r.finer] for r in e.rivals],
     }  # fmt: skip
 
 

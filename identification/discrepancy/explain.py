@@ -77,12 +77,10 @@ def _search(
     base = fit_records(base.model, quiet)
     report("searching for missing effects", 0.2)
     found = search(model, base, quiet, on_progress=lambda text: report(text, 0.4))
-    found, evidence, withheld = drop_doubtful(found, quiet)
+    found, evidence = drop_doubtful(found, quiet)
     found = drop_departures(found, quiet)
     evidence = [e for e in evidence if e.name in found.names]
-    return SearchResult(
-        base=base, found=found, evidence=evidence, withheld=withheld, hum=hum, train=train, held=held, quiet=quiet
-    )
+    return SearchResult(base=base, found=found, evidence=evidence, hum=hum, train=train, held=held, quiet=quiet)
 
 
 def _find_hum(model: Model, train: Sequence[Record]) -> Hum | None:
@@ -130,7 +128,6 @@ def _conclude(given: Model, result: SearchResult, findings: Sequence[str], repor
     return Explanation(
         verdict=judged.verdict,
         effects=judged.effects,
-        withheld=tuple(result.withheld),
         train=judged.train,
         held_out=judged.held_out,
         where=judged.where,

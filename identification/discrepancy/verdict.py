@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.criteria import CHANCE, FORM
+from identification.discrepancy.confidence import ONE_RUN, TWO_RUNS
 from identification.discrepancy.equation import describe
 from identification.discrepancy.evidence import Evidence, gather
 from identification.discrepancy.excess import (
@@ -29,9 +30,6 @@ from identification.physical.predict import predict
 from identification.record import Record
 from identification.report.page_data import Profile
 
-_ONE_RUN = 0.7  # confidence in a hum that no second run can bear out
-_TWO_RUNS = 0.88  # or that only one other does
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchResult:
@@ -40,7 +38,6 @@ class SearchResult:
     base: Fit
     found: Search
     evidence: Sequence[Evidence]
-    withheld: Sequence[Evidence]  # of names that were dropped as doubtful
     hum: Hum | None
     train: Sequence[Record]
     held: Sequence[Record]
@@ -75,23 +72,20 @@ class Judgement:
         return self.verdict in (Verdict.UNKNOWN_EFFECT, Verdict.PARTLY_EXPLAINED)
 
 
-def drop_doubtful(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence], list[Evidence]]:
-    """Drop the names with too little confidence, one by one, and fit the rest again; then the evidence for them, and
-    for those that were dropped."""
-    withheld: list[Evidence] = []
+def drop_doubtful(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence]]:
+    """Drop the names with too little confidence, one by one, and fit the rest again; then the evidence for them."""
     while found.names:
         evidence = gather(found, records)
         weakest = min(evidence, key=lambda e: e.confidence)
         if weakest.confidence >= FORM.min_confidence:
-            return found, evidence, withheld
+            return found, evidence
         try:
             rest = fit_records(found.fit.model.without(weakest.name), records)
         except SimulationError:  # the model can't run without it
-            return found, evidence, withheld
+            return found, evidence
         names = tuple(n for n in found.names if n != weakest.name)
         found = replace(found, fit=rest, names=names, excess=excess_of(rest))
-        withheld.append(weakest)
-    return found, [], withheld
+    return found, []
 
 
 def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judgement:
@@ -154,7 +148,7 @@ def _effects(result: SearchResult, final: Model, train: Gaps) -> tuple[Effect, .
     if result.hum is not None:
         element = final.element(TONE.name)
         without = float(np.hypot(train.final, result.hum.amplitude / np.sqrt(2.0)))
-        belief = {1: _ONE_RUN, 2: _TWO_RUNS}.get(len(result.train), FORM.hum_confidence)
+        belief = {1: ONE_RUN, 2: TWO_RUNS}.get(len(result.train), FORM.hum_confidence)
         effects.append(_effect(element, belief, (), without, train.final, None))
     return tuple(effects)
 
