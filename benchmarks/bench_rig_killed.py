@@ -1,7 +1,7 @@
 """A host that streams is killed with SIGKILL at a random moment, many times, with all cores busy.
 
 Every run file must be recovered, with every sample that the host had acknowledged a second before its end; the rig
-must have come to rest by itself. ``python -m benchmarks.bench_rig_killed 10`` kills ten.
+must have come to rest by itself; an operator resets it. ``python -m benchmarks.bench_rig_killed 10`` kills ten.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import numpy as np
 
 from benchmarks.machine import a_rig, a_sine, busy_cores
 from rigctl.device import SAFE_STATES
+from rigctl.operator_acts import reset
 from rigctl.player import PlayerSettings, connect, play
 from rigctl.recover import recover_directory
 from rigctl.runfile import read_run
@@ -68,6 +69,7 @@ def kill_one(url: str, folder: Path, after_s: float) -> tuple[int, int, bool]:
     time.sleep(WATCHDOG_S + 0.3)  # no host: the rig has to stop by itself
     with closing(connect(url)) as wire:
         safe = wire.status(2.0).state in SAFE_STATES
+        reset(wire)  # as an operator does it, who has looked at the rig
     return max((n for at, n in told if at < killed_at - 1.0), default=0), samples, safe
 
 

@@ -18,14 +18,16 @@ from excitation.signal import Excitation
 SERVE = """
 import sys
 from sim_rig.server import serve
-serve(sys.argv[1], speed=float(sys.argv[2]), seed=1, on_ready=lambda url: print("ready", url, flush=True))
+url, speed, specimen = sys.argv[1:]
+ready = lambda url: print("ready", url, flush=True)
+serve(url, speed=float(speed), specimen=specimen, seed=1, on_ready=ready)
 """
 
 
 @contextmanager
-def a_rig(url: str, speed: float = 1.0) -> Iterator[tuple[str, int]]:
+def a_rig(url: str, speed: float = 1.0, specimen: str = "semi-active") -> Iterator[tuple[str, int]]:
     """Start a simulated rig; give its address and process."""
-    command = [sys.executable, "-c", SERVE, url, str(speed)]
+    command = [sys.executable, "-c", SERVE, url, str(speed), specimen]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         try:
@@ -54,7 +56,7 @@ def memory_mb(pid: int) -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
-def a_sine(seconds: float, rate_hz: float) -> Test:
+def a_sine(seconds: float, rate_hz: float, *, amplitude_m: float = 0.01, frequency_hz: float = 2.0) -> Test:
     time_s = np.arange(round(seconds * rate_hz)) / rate_hz
     return Test(
         name="sine",
@@ -62,7 +64,7 @@ def a_sine(seconds: float, rate_hz: float) -> Test:
             kind=Kind.SINE,
             sample_rate_hz=rate_hz,
             period_samples=round(rate_hz),
-            displacement_m=0.01 * np.sin(2 * np.pi * 2 * time_s),
+            displacement_m=amplitude_m * np.sin(2 * np.pi * frequency_hz * time_s),
             current_a=0.9 + 0.5 * np.sin(2 * np.pi * time_s),
         ),
     )

@@ -26,7 +26,7 @@ def check_within(name: str, value: float, low: float, high: float, unit: str = "
 
 def check_one_of(name: str, value: object, known: Sequence[str]) -> None:
     if value not in known:
-        raise DesignError(f"{name} is {value!r}: it must be one of {', '.join(known)}")
+        raise DesignError(f"{name} is {value!r:.60}: it must be one of {', '.join(known)}")
 
 
 def _unit(unit: str) -> str:

@@ -16,33 +16,37 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 
-from excitation.errors import DesignError
+from excitation.errors import DesignError, Findings
 from excitation.signal import JSON
 
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
     from pydantic_core import ErrorDetails
 
-__all__ = ["STRICT", "key_of", "read_config", "to_config", "to_spec"]
+__all__ = ["STRICT", "key_of", "read_config", "to_config", "to_spec", "unit_of"]
 
 Spec = TypeVar("Spec")
 
-_UNITS = (
-    "_m_s2",
-    "_m_s",
-    "_n_s_m",
-    "_n_m",
-    "_hz",
-    "_degc",
-    "_kg",
-    "_pa",
-    "_m3_s",
-    "_m2",
-    "_m3",
-    "_j_k",
-    "_w_k",
-)
-_SHORT_UNITS = ("_s", "_m", "_a", "_n", "_w")
+_UNITS: Mapping[str, str] = {  # suffixes of fields, the longer ones first
+    "_m_s2": "m/s²",
+    "_m_s": "m/s",
+    "_n_s_m": "N·s/m",
+    "_n_m": "N·m",
+    "_hz": "Hz",
+    "_degc": "°C",
+    "_kg": "kg",
+    "_pa": "Pa",
+    "_m3_s": "m³/s",
+    "_m2": "m²",
+    "_m3": "m³",
+    "_j_k": "J/K",
+    "_w_k": "W/K",
+    "_s": "s",
+    "_m": "m",
+    "_a": "A",
+    "_n": "N",
+    "_w": "W",
+}
 
 
 def key_of(field_name: str) -> str:
@@ -51,10 +55,17 @@ def key_of(field_name: str) -> str:
     >>> key_of("max_velocity_m_s"), key_of("sample_rate_hz"), key_of("period_samples")
     ('max_velocity', 'sample_rate', 'period_samples')
     """
-    for unit in (*_UNITS, *_SHORT_UNITS):
-        if field_name.endswith(unit):
-            return field_name.removesuffix(unit)
-    return field_name
+    suffix = next((suffix for suffix in _UNITS if field_name.endswith(suffix)), "")
+    return field_name.removesuffix(suffix)
+
+
+def unit_of(field_name: str) -> str:
+    """The unit of a field; empty where it has none.
+
+    >>> unit_of("max_velocity_m_s"), unit_of("period_samples")
+    ('m/s', '')
+    """
+    return next((unit for suffix, unit in _UNITS.items() if field_name.endswith(suffix)), "")
 
 
 STRICT: dict[str, Any] = {"extra": "forbid", "alias_generator": key_of, "allow_inf_nan": False}
@@ -93,7 +104,9 @@ def to_spec(kind: type[Spec], config: Mapping[str, JSON], where: str = "") -> Sp
         spec: Spec = _adapter(kind).validate_json(text, strict=True)  # type: ignore[arg-type]  # classes hash
         return spec
     except ValidationError as error:
-        raise DesignError(_one_line(error.errors(), kind, where)) from error
+        errors = error.errors()
+        message = _line(_error_of_likeliest_branch(errors), kind, where)
+        raise DesignError(message, findings=_findings(errors, kind, where)) from error
 
 
 def to_config(spec: Any) -> dict[str, JSON]:
@@ -113,8 +126,17 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-def _one_line(errors: Sequence[ErrorDetails], kind: type, where: str) -> str:
-    worst = _error_of_likeliest_branch(errors)
+def _findings(errors: Sequence[ErrorDetails], kind: type, where: str) -> Findings:
+    """A line for each key that is wrong; of a union, for its likeliest branch."""
+    keys: dict[tuple[str | int, ...], list[ErrorDetails]] = {}
+    for error in errors:
+        branch = next((k for k, part in enumerate(error["loc"]) if _is_branch(part)), len(error["loc"]))
+        keys.setdefault(error["loc"][:branch], []).append(error)
+    worst = [_error_of_likeliest_branch(of_key) for of_key in keys.values()]
+    return tuple((tuple(p for p in one["loc"] if not _is_branch(p)), _line(one, kind, where)) for one in worst)
+
+
+def _line(worst: ErrorDetails, kind: type, where: str) -> str:
     path = [part for part in worst["loc"] if not _is_branch(part)]
     place = ".".join(str(part) for part in path)
     inside = f"{where}: " if where else ""

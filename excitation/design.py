@@ -12,6 +12,7 @@ from excitation.envelope import Envelope, check, check_plan, read_envelope, scal
 from excitation.errors import DesignError, EnvelopeError
 from excitation.files import read_excitation, read_plan
 from excitation.harmonic_plan import harmonic_plan
+from excitation.kinds import HOMOGENISED, Kind
 from excitation.plan import Test, TestPlan, config_of, plan_from_config
 from excitation.plan_files import holds_a_plan
 from excitation.prediction import ForceModel
@@ -114,7 +115,7 @@ def design(command: str, config: Mapping[str, JSON]) -> Excitation | TestPlan:
     check_one_of("command", command, COMMANDS)
     if command == "harmonic":
         return harmonic_plan(config)
-    kind = "multisine" if command == "random-phase" else "homogenised"
+    kind = str(Kind.MULTISINE) if command == "random-phase" else HOMOGENISED
     own = {key: value for key, value in config.items() if key not in _KEYS_OF_THE_SERIES}
     made = _one_or_series({**own, "kind": kind}, config)
     envelope, fit = config.get("envelope"), config.get("scale_to_fit", False)

@@ -19,6 +19,7 @@ __all__ = [
     "check_plan",
     "excesses",
     "predict",
+    "predict_plan",
     "read_envelope",
     "scale_to_fit",
     "temperatures",
@@ -230,15 +231,34 @@ def check_plan(plan: TestPlan, envelope: Envelope, force_model: ForceModel | Non
 
     The damper's temperature is predicted through tests and dwells where the specimen's heat capacity is known.
     """
-    predictions = tuple(check(test, envelope, force_model) for test in plan.tests)
-    for test, celsius in zip(plan.tests, temperatures(plan, predictions, envelope), strict=True):
-        window = envelope.temperature
-        if window is not None and celsius > window.max_degc:
-            raise EnvelopeError(
-                f"test {test.name!r} ends at {celsius:.4g} °C predicted, the limit is {window.max_degc:g} °C "
-                f"({celsius - window.max_degc:.3g} K above); give it and the tests before it a longer dwell"
-            )
+    predictions, wrong = predict_plan(plan, envelope, force_model)
+    if wrong:
+        raise wrong[min(wrong)]
     return predictions
+
+
+def predict_plan(
+    plan: TestPlan, envelope: Envelope, force_model: ForceModel | None = None
+) -> tuple[tuple[Prediction, ...], dict[int, EnvelopeError]]:
+    """The predictions of the tests that fit, in order, and why each of the others does not, by its number."""
+    predictions: list[Prediction] = []
+    wrong: dict[int, EnvelopeError] = {}
+    for number, test in enumerate(plan.tests):
+        try:
+            predictions.append(check(test, envelope, force_model))
+        except EnvelopeError as error:
+            wrong[number] = error
+    window = envelope.temperature
+    if not wrong and window is not None:
+        ends = temperatures(plan, tuple(predictions), envelope)
+        number, celsius = next(((n, t) for n, t in enumerate(ends) if t > window.max_degc), (0, window.max_degc))
+        if celsius > window.max_degc:
+            wrong[number] = EnvelopeError(
+                f"test {plan.tests[number].name!r} ends at {celsius:.4g} °C predicted, the limit is "
+                f"{window.max_degc:g} °C ({celsius - window.max_degc:.3g} K above); give it and the tests before it a "
+                "longer dwell"
+            )
+    return tuple(predictions), wrong
 
 
 def temperatures(plan: TestPlan, predictions: tuple[Prediction, ...], envelope: Envelope) -> tuple[float, ...]:

@@ -10,7 +10,11 @@ Each message is one line: what, where, the value, and what would be right.
 
 from __future__ import annotations
 
-__all__ = ["DesignError", "EnvelopeError", "ExcitationError", "ExcitationFileError"]
+from typing import TypeAlias
+
+Findings: TypeAlias = "tuple[tuple[tuple[str | int, ...], str], ...]"
+
+__all__ = ["DesignError", "EnvelopeError", "ExcitationError", "ExcitationFileError", "Findings"]
 
 
 class ExcitationError(ValueError):
@@ -18,7 +22,21 @@ class ExcitationError(ValueError):
 
 
 class DesignError(ExcitationError):
-    """The configuration cannot be used: the message names the key, its value and what would be right."""
+    """The configuration cannot be used: the message names the key, its value and what would be right.
+
+    ``findings``: everything that is wrong with it, each as its keys and indices from the outside in, and one line;
+    empty where only the message says it.
+    """
+
+    def __init__(self, message: str, *, findings: Findings = ()) -> None:
+        super().__init__(message)
+        self.findings = findings
+
+    def below(self, where: str, *place: str | int) -> DesignError:
+        """The error as part of something larger: ``where`` begins its lines, ``place`` its keys."""
+        begins = f"{where}: " if where else ""
+        found = tuple(((*place, *keys), f"{begins}{line}") for keys, line in self.findings)
+        return DesignError(f"{begins}{self}", findings=found or ((place, f"{begins}{self}"),))
 
 
 class EnvelopeError(ExcitationError):

@@ -18,6 +18,7 @@ from excitation.plan_files import read_plan as read_plan_file
 from excitation.rpc3 import read_drive, write_drive, write_response
 from excitation.signal import Excitation
 from excitation.spreadsheet import read_csv, write_csv
+from excitation.untrusted import DAMAGE
 
 __all__ = ["READABLE", "WRITABLE", "read_excitation", "read_plan", "write_excitation", "write_plan"]
 
@@ -67,22 +68,8 @@ def read_excitation(path: Path | str) -> Excitation:
         raise ExcitationFileError(f"{path}: byte {error.start} is not UTF-8 text: save it as UTF-8") from error
     except ExcitationError:
         raise
-    except DAMAGE as error:
+    except (*DAMAGE, zlib.error, csv.Error) as error:
         raise ExcitationFileError(f"{path}: damaged: {_first_line(error)}") from error
-
-
-DAMAGE = (
-    LookupError,
-    TypeError,
-    ValueError,
-    RuntimeError,
-    AttributeError,
-    ArithmeticError,
-    MemoryError,
-    zlib.error,
-    csv.Error,
-)
-"""What parsers raise on a file whose bytes were changed."""
 
 
 def read_plan(path: Path | str) -> TestPlan:

@@ -157,7 +157,7 @@ def steps(spec: StepsSpec) -> Excitation:
         period_samples=moving if spec.periods > 1 else 0,
         displacement_m=np.tile(motion, spec.settling_cycles + spec.cycles * spec.periods),
         current_a=np.concatenate([settling, np.tile(current, spec.periods)]),
-        design={"kind": "steps", **to_config(spec)},
+        design={"kind": str(Kind.STEPS), **to_config(spec)},
     )
 
 

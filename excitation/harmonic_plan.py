@@ -13,6 +13,7 @@ from excitation.configuration import to_spec
 from excitation.envelope import check, check_plan, scale_to_fit
 from excitation.errors import DesignError
 from excitation.harmonic_plan_spec import HarmonicPlanSpec, OrderSpec, SeriesSpec, SplitSpec, values_of
+from excitation.kinds import Kind
 from excitation.plan import Test, TestPlan, test_from_config
 from excitation.portable_math import uniform
 from excitation.signal import JSON
@@ -179,7 +180,7 @@ def _warm_up(spec: HarmonicPlanSpec) -> Test | None:
         return None
     config: dict[str, JSON] = {
         "name": "warm_up",
-        "kind": "sine",
+        "kind": str(Kind.SINE),
         "sample_rate": spec.sample_rate_hz,
         "amplitude": asked.amplitude_m,
         "frequency": asked.frequency_hz,

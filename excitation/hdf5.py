@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from excitation.errors import DesignError, ExcitationFileError
 from excitation.kinds import Kind
 from excitation.signal import JSON, Excitation
+from excitation.untrusted import open_hdf5, parse_json
 
 __all__ = ["FORMAT", "get_excitation", "put_excitation", "read_hdf5", "write_hdf5"]
 
@@ -35,7 +36,7 @@ def write_hdf5(path: Path, excitation: Excitation) -> None:
 
 def read_hdf5(path: Path) -> Excitation:
     """Reads one excitation; raises ExcitationFileError that names file, channel and first bad sample."""
-    with h5py.File(path, "r") as file:
+    with open_hdf5(path, ExcitationFileError) as file:
         return get_excitation(file, str(path))
 
 
@@ -104,7 +105,7 @@ def _attribute(group: h5py.Group, name: str, where: str) -> Any:
 def _json(group: h5py.Group, name: str, where: str) -> Mapping[str, JSON]:
     text = group.attrs.get(name, "{}")
     try:
-        value = json.loads(text)
+        value = parse_json(text)
     except (TypeError, ValueError) as error:
         raise ExcitationFileError(f"{where}: attribute {name} is not JSON: {error}") from error
     if not isinstance(value, dict):

@@ -11,6 +11,7 @@ import numpy as np
 from excitation.errors import ExcitationFileError
 from excitation.kinds import Kind
 from excitation.signal import Excitation
+from excitation.untrusted import check_mat, parse_json
 
 __all__ = ["read_mat", "write_mat"]
 
@@ -42,6 +43,7 @@ def read_mat(path: Path) -> Excitation:
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
 
+    check_mat(path)
     try:
         found = loadmat(path, squeeze_me=True)
     except NotImplementedError as error:
@@ -54,13 +56,13 @@ def read_mat(path: Path) -> Excitation:
             raise ExcitationFileError(f"{path}: variable {name} is missing: the file has {own or 'none'}")
     try:
         return Excitation(
-            kind=Kind(str(found.get("excitation_kind", "custom"))),
+            kind=Kind(str(found.get("excitation_kind", Kind.CUSTOM))),
             sample_rate_hz=float(found["sample_rate"]),
             period_samples=int(found.get("period_samples", 0)),
             displacement_m=np.atleast_1d(np.asarray(found["displacement_command"], dtype=np.float64)),
             current_a=_row(found.get("current_command")),
-            design=json.loads(str(found.get("design", "{}"))),
-            figures=json.loads(str(found.get("figures", "{}"))),
+            design=parse_json(str(found.get("design", "{}"))),
+            figures=parse_json(str(found.get("figures", "{}"))),
         )
     except (ValueError, TypeError) as error:
         raise ExcitationFileError(f"{path}: {error}") from error

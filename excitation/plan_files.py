@@ -5,18 +5,23 @@ from __future__ import annotations
 import csv
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
+from typing import TypeVar
 
 import h5py
 
 from excitation.atomic import written_whole
 from excitation.errors import DesignError, ExcitationError, ExcitationFileError
 from excitation.hdf5 import FORMAT, get_excitation, put_excitation
-from excitation.plan import Test, TestPlan, config_of, plan_from_config
+from excitation.plan import Test, TestPlan, conditions_of, config_of, plan_from_config, test_of
 from excitation.signal import JSON
+from excitation.untrusted import DAMAGE, open_hdf5, parse_json
 
-__all__ = ["PLAN_FORMAT", "holds_a_plan", "read_plan", "write_plan"]
+__all__ = ["PLAN_FORMAT", "holds_a_plan", "read_plan", "read_plan_config", "write_plan"]
+
+Content = TypeVar("Content")
 
 PLAN_FORMAT = "damper-rig/plan"
 VERSION = 1
@@ -37,7 +42,6 @@ _COLUMNS: Mapping[str, str] = {  # the keys of a test and the heads of their col
     "sample_rate": "sample_rate (Hz)",
 }
 _FURTHER = "further"  # what has no column of its own, as JSON
-_CONDITIONS = ("dwell", "min_temperature", "max_temperature", "held_out", "data_set")
 
 
 def write_plan(path: Path | str, plan: TestPlan) -> None:
@@ -55,8 +59,23 @@ def read_plan(path: Path | str) -> TestPlan:
 
     Raises ExcitationFileError or DesignError, one line that names the file and the place in it.
     """
-    path = Path(path)
-    readers = {".toml": _read_toml, ".csv": _read_csv, ".h5": _read_hdf5}
+    readers: Mapping[str, Callable[[Path], TestPlan]] = {
+        ".toml": lambda path: plan_from_config(_toml_config(path)),
+        ".csv": lambda path: plan_from_config(_csv_config(path)),
+        ".h5": _read_hdf5,
+    }
+    return _read(Path(path), readers)
+
+
+def read_plan_config(path: Path | str) -> dict[str, JSON]:
+    """What stands in a plan file (.toml, .csv), as ``plan_from_config`` reads it; nothing is designed.
+
+    Raises ExcitationFileError, one line that names the file and the place in it.
+    """
+    return _read(Path(path), {".toml": _toml_config, ".csv": _csv_config})
+
+
+def _read(path: Path, readers: Mapping[str, Callable[[Path], Content]]) -> Content:
     if path.suffix.lower() not in readers:
         raise ExcitationFileError(f"{path}: the ending {path.suffix!r} is not known: use {', '.join(readers)}")
     if not path.is_file():
@@ -72,7 +91,7 @@ def read_plan(path: Path | str) -> TestPlan:
         raise ExcitationFileError(f"{path}: byte {error.start} is not UTF-8 text: save it as UTF-8") from error
     except ExcitationError:
         raise
-    except (KeyError, TypeError, ValueError, RuntimeError, AttributeError, csv.Error) as error:
+    except (*DAMAGE, csv.Error) as error:
         raise ExcitationFileError(f"{path}: damaged: {str(error).splitlines()[0]}") from error
 
 
@@ -84,8 +103,8 @@ def holds_a_plan(path: Path) -> bool:
     if ending == ".csv" and path.is_file():
         with path.open(encoding="utf-8-sig", errors="replace") as file:
             return not file.readline().startswith("time (s)")
-    if ending == ".h5" and path.is_file() and h5py.is_hdf5(path):
-        with h5py.File(path, "r") as file:
+    if ending == ".h5" and path.is_file():
+        with suppress(*DAMAGE), open_hdf5(path, ExcitationFileError) as file:
             return bool(file.attrs.get("format") != FORMAT)
     return ending in (".toml", ".csv", ".h5")
 
@@ -109,7 +128,7 @@ def _write_toml(path: Path, plan: TestPlan) -> None:
     path.write_text(toml_text(_config(plan)), encoding="utf-8")
 
 
-def _read_toml(path: Path) -> TestPlan:
+def _toml_config(path: Path) -> dict[str, JSON]:
     try:
         config = tomllib.loads(path.read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as error:
@@ -118,7 +137,7 @@ def _read_toml(path: Path) -> TestPlan:
     version = config.pop("format_version", VERSION)
     if layout != PLAN_FORMAT or version != VERSION:
         raise ExcitationFileError(f"{path}: format is {layout!r} {version}: a plan has {PLAN_FORMAT!r} {VERSION}")
-    return plan_from_config(config)
+    return config
 
 
 def _write_csv(path: Path, plan: TestPlan) -> None:
@@ -142,7 +161,7 @@ def _cell(value: JSON) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
-def _read_csv(path: Path) -> TestPlan:
+def _csv_config(path: Path) -> dict[str, JSON]:
     with path.open(newline="", encoding="utf-8-sig") as file:
         reader = csv.DictReader(file)
         if _COLUMNS["name"] not in (reader.fieldnames or []) or _COLUMNS["kind"] not in (reader.fieldnames or []):
@@ -152,7 +171,7 @@ def _read_csv(path: Path) -> TestPlan:
     config: dict[str, JSON] = {"tests": [row for row in rows if row not in warm_up]}
     if warm_up:
         config["warm_up"] = warm_up[0]
-    return plan_from_config(config)
+    return config
 
 
 def _row(path: Path, line: int, row: Mapping[str, str | None]) -> dict[str, JSON]:
@@ -165,7 +184,7 @@ def _row(path: Path, line: int, row: Mapping[str, str | None]) -> dict[str, JSON
             config[key] = text
             continue
         try:
-            value: JSON = json.loads(text.lower() if key == "held_out" else text)
+            value: JSON = parse_json(text.lower() if key == "held_out" else text)
         except ValueError as error:
             raise ExcitationFileError(f"{path}: line {line}, {column} is {text!r}: not a number") from error
         config.update(value if key == _FURTHER and isinstance(value, dict) else {key: value})
@@ -186,12 +205,11 @@ def _write_hdf5(path: Path, plan: TestPlan) -> None:
 def _put_test(group: h5py.Group, test: Test) -> None:
     put_excitation(group, test.excitation)
     group.attrs["name"] = test.name
-    conditions = {key: value for key, value in config_of(test).items() if key in _CONDITIONS}
-    group.attrs["conditions"] = json.dumps(conditions)
+    group.attrs["conditions"] = json.dumps(conditions_of(test))
 
 
 def _read_hdf5(path: Path) -> TestPlan:
-    with h5py.File(path, "r") as file:
+    with open_hdf5(path, ExcitationFileError) as file:
         layout = file.attrs.get("format")
         if layout != PLAN_FORMAT or "tests" not in file:
             raise ExcitationFileError(f"{path}: format is {layout!r}: it must be {PLAN_FORMAT!r} or {FORMAT!r}")
@@ -201,13 +219,5 @@ def _read_hdf5(path: Path) -> TestPlan:
 
 
 def _get_test(group: h5py.Group, where: str) -> Test:
-    conditions = json.loads(group.attrs.get("conditions", "{}"))
-    return Test(
-        name=str(group.attrs.get("name", "")),
-        excitation=get_excitation(group, where),
-        dwell_s=conditions.get("dwell", 0.0),
-        min_temperature_degc=conditions.get("min_temperature"),
-        max_temperature_degc=conditions.get("max_temperature"),
-        held_out=conditions.get("held_out", False),
-        data_set=conditions.get("data_set", ""),
-    )
+    conditions = parse_json(group.attrs.get("conditions", "{}"))
+    return test_of(str(group.attrs.get("name", "")), get_excitation(group, where), conditions)

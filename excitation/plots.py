@@ -15,6 +15,7 @@ from excitation.atomic import written_whole
 from excitation.coverage import coverage, cumulative_distribution
 from excitation.envelope import temperatures
 from excitation.errors import ExcitationFileError
+from excitation.kinds import HOMOGENISED, Kind
 from excitation.motion import Motion, motion
 from excitation.plan import TestPlan
 from excitation.prediction import ForceModel, predict, specimen_force
@@ -143,9 +144,9 @@ def distribution_plot(moved: Motion) -> go.Figure:
 
 def _before(excitation: Excitation) -> Motion | None:
     """A homogenised design with the random phases that it started from."""
-    if excitation.design.get("kind") != "homogenised":
+    if excitation.design.get("kind") != HOMOGENISED:
         return None
-    return motion(excitation_from_config({**excitation.design, "kind": "multisine"}))
+    return motion(excitation_from_config({**excitation.design, "kind": str(Kind.MULTISINE)}))
 
 
 def coverage_map(moved: Motion, grid: tuple[int, int] = (10, 10), note: str = "") -> go.Figure:

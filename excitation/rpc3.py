@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from excitation.errors import ExcitationFileError
 from excitation.kinds import Kind
 from excitation.signal import Excitation
+from excitation.untrusted import parse_json
 
 __all__ = ["Channel", "TimeHistory", "read_drive", "read_rpc3", "write_drive", "write_response", "write_rpc3"]
 
@@ -247,12 +248,12 @@ def read_drive(path: Path) -> Excitation:
     text = "".join(own[key][1:-1] for key in sorted(own) if key.startswith("DESIGN_"))
     try:
         return Excitation(
-            kind=Kind(own.get("KIND", "custom")),
+            kind=Kind(own.get("KIND", Kind.CUSTOM)),
             sample_rate_hz=history.sample_rate_hz,
             period_samples=int(own.get("PERIOD_SAMPLES", "0")),
             displacement_m=displacement.values * _METRES[displacement.unit],
             current_a=None if current is None else current.values * _AMPERES[current.unit],
-            design=json.loads(text or "{}"),
+            design=parse_json(text or "{}"),
         )
     except ValueError as error:
         raise ExcitationFileError(f"{path}: {error}") from error

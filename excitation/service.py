@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +14,7 @@ from excitation.multisine import Period
 from excitation.multisine_spec import MultisineSpec
 from excitation.signal import JSON
 from excitation.spectra import RecordSpectrum
+from excitation.untrusted import DAMAGE, open_hdf5
 
 __all__ = ["ServiceRecord", "contained_share", "read_record", "service_figures", "with_record"]
 
@@ -62,13 +62,15 @@ def read_record(path: Path, channel: str) -> tuple[NDArray[np.float64], float]:
     Raises DesignError that names the file and what is wrong with it.
     """
     try:
-        with h5py.File(path, "r") as file:
+        with open_hdf5(path, DesignError) as file:
             channels = file.get("channels", {})
             if channel not in channels:
                 raise DesignError(f"{path}: there is no channel {channel!r}: it has {', '.join(channels) or 'none'}")
             values = np.asarray(channels[channel][()], dtype=np.float64)
             unit, rate = channels[channel].attrs.get("unit"), float(file.attrs.get("sample_rate", 0.0))
-    except OSError as error:
+    except DesignError:
+        raise
+    except DAMAGE as error:
         raise DesignError(f"{path}: no HDF5 file that can be read: give a run file") from error
     if unit != "m" or not rate > 0.0:
         raise DesignError(f"{path}: channel {channel} has unit {unit!r} at {rate:g} Hz: it must be 'm' above 0 Hz")

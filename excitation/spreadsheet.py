@@ -15,6 +15,7 @@ import numpy as np
 from excitation.errors import ExcitationFileError
 from excitation.kinds import Kind
 from excitation.signal import JSON, Excitation
+from excitation.untrusted import parse_json
 
 __all__ = ["read_csv", "write_csv"]
 
@@ -67,7 +68,7 @@ def read_csv(path: Path) -> Excitation:
     said = _read_description(path, table, header)
     try:
         return Excitation(
-            kind=Kind(said.get("excitation_kind", "custom")),
+            kind=Kind(said.get("excitation_kind", Kind.CUSTOM)),
             sample_rate_hz=float(said.get("sample_rate", _measured_rate(path, samples[_TIME]))),
             period_samples=int(said.get("period_samples", 0)),
             displacement_m=np.array(samples[_DISPLACEMENT]),
@@ -99,7 +100,7 @@ def _read_description(path: Path, table: list[list[str]], header: list[str]) -> 
     column = header.index(_DESCRIPTION) if _DESCRIPTION in header else len(header)
     text = table[0][column] if len(table[0]) > column else ""
     try:
-        said = json.loads(text or "{}")
+        said = parse_json(text or "{}")
     except ValueError as error:
         raise ExcitationFileError(f"{path}: line 2, {_DESCRIPTION} is not JSON: {error}") from error
     if not isinstance(said, dict):

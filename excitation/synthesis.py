@@ -16,7 +16,15 @@ from excitation.multisine_spec import HomogeniseSpec, MultisineSpec
 from excitation.service import service_figures, with_record
 from excitation.signal import JSON, Excitation
 
-__all__ = ["excitation_from_config"]
+__all__ = ["SPECS", "excitation_from_config"]
+
+SPECS: Mapping[str, type] = {  # what the keys of each kind are; one entry for each of DESIGNED
+    Kind.MULTISINE.value: MultisineSpec,
+    HOMOGENISED: MultisineSpec,
+    Kind.SINE.value: SineSpec,
+    Kind.TRIANGLE.value: TriangleSpec,
+    Kind.STEPS.value: StepsSpec,
+}
 
 
 def excitation_from_config(config: Mapping[str, JSON], where: str = "") -> Excitation:
@@ -30,7 +38,7 @@ def excitation_from_config(config: Mapping[str, JSON], where: str = "") -> Excit
         check_one_of("kind", kind, DESIGNED)
         return _make(str(kind), parameters)
     except DesignError as error:
-        raise DesignError(f"{where}: {error}" if where else str(error)) from error
+        raise error.below(where) from error
 
 
 def _make(kind: str, config: Mapping[str, JSON]) -> Excitation:

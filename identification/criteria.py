@@ -6,7 +6,8 @@ words a report uses and which test it proposes; no name and no verdict depends o
 
 Energies are whitened: squared force residual over the noise variance, so one unit for each sample of pure noise. The
 *excess* of a fit is that energy less the number of samples. Where a number was read off kept outcomes, with no other
-derivation, its comment says so.
+derivation, its comment says so. What half and double of a number do is said for each; for given cases
+`python -m benchmarks.explain.sensitivity` tells which names and verdicts they change.
 """
 
 from __future__ import annotations
@@ -21,42 +22,41 @@ class Chance:
 
     slack: float = 10.0
     """Difference of χ² that says nothing: one more parameter lowers χ² by more in 1 of 600 cases of pure noise (χ², one
-    degree of freedom)."""
+    degree of freedom). Half: 1 in 40; double: 1 in 130 000. Names, verdicts and confidences of 12 kept cases are the
+    same with both."""
 
     sigmas: float = 5.0
-    """Standard deviations beyond which an excess is no noise: by chance one case of three million."""
+    """Standard deviations beyond which an excess is no noise: by chance one case of three million. Half: one of 160;
+    double: gaps twice as large stay unseen."""
 
     floor_variance: float = 1.5
-    """Variance of χ² over that with a known noise floor: 1 + 1/(P − 1), the floor being estimated from P = 3
-    periods."""
+    """Variance of χ² over that with a known noise floor: 1 + 1/(P − 1), the floor being estimated from P = 3 periods.
+    Half and double: the least excess that is no noise is 0.7 and 1.4 times as large."""
 
     modelled_noise_error: float = 0.3
-    """Share to which the noise is not known that a model makes of the displacement's noise. Read off kept outcomes."""
+    """Share to which the noise is not known that a model makes of the displacement's noise. Half and double: so is the
+    least excess that is no noise, where a model makes most of it. Read off kept outcomes."""
 
     near_floor: float = 0.35
     """Residual over noise: less is not told from noise on one run. It raises the rms by 6 %, which is what the floor of
-    a run is known to. Read off kept outcomes."""
+    a run is known to. Half: 1.5 %, and more gaps are explained only in part; double: 22 %. Read off kept outcomes."""
 
     at_noise: float = 0.02
-    """Excess for each sample at which a fit has met the noise: 1 % of the rms. No other start or finer shape is
-    tried."""
-
-    unnoticed: float = 0.1
-    """Share of the noise, rms, below which a force does not show: the least gap that first values are scaled with, and
-    the least difference of two models on a test that tells them apart."""
+    """Excess for each sample that does not show: 1 % of the rms. A fit has met the noise there, and no other start or
+    finer shape is tried; its root is the least gap that first values are scaled with, and the least difference of two
+    models on a test that tells them apart. Half: 0.5 % of the rms, and more starts are tried; double: 2 %."""
 
     visible: float = 1e-3
-    """Share of a signature, or of what the best record knows of a strength: less is rounding of the projection."""
+    """Share of a signature, of what the best record knows of a strength, or of the scale of a finer shape: less is
+    rounding of the projection. Half and double change nothing: what is seen lies far above."""
 
-    rank: float = 1e-7
-    """Directions of a tangent space weaker than this share of the strongest are rounding: √ε of double precision,
-    ×7."""
-
-    unseen: float = 1e-6
-    """Share of a tone that is left by a period that repeats it: rounding."""
+    rounding: float = 1e-7
+    """Share below which a direction of a tangent space, or what is left of a tone, is rounding: √ε of double precision,
+    ×7. Half and double change nothing: a direction that the data know lies far above."""
 
     tone_power: float = 30.0
-    """Power of a tone over the level beside it: by chance one line in 10¹² (the power of noise is exponential)."""
+    """Power of a tone over the level beside it: by chance one line in 10¹² (the power of noise is exponential). Half:
+    one in 3·10⁶; double: a tone must be 1.4 times as large to be seen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,107 +66,101 @@ class Form:
     tolerance: float = 0.06
     """How far a real effect's curve departs from the canonical one, as a share of its own contribution: the spread
     between published forms of the same effect (three forms each of friction, gas spring, valve knee and hysteresis lie
-    within). The same between two elements of which the one with fewer parameters is preferred: with 0.05 there, the
-    names and verdicts of 90 kept cases were the same, and one confidence 0.03 higher."""
-
-    alike_within: float = 1.25 * tolerance
-    """The same where the simpler element is a case of the richer one, which can take any form. With 1.0 × tolerance the
-    names of 80 kept cases were the same, one confidence fell from 0.97 to 0.89."""
+    within). The same between two elements of which the one with fewer parameters is preferred. A friction that falls by
+    less is taken not to fall. Half: of two names that fit alike the one with more parameters is chosen more often, and
+    more gaps are explained only in part; double: a real fall or bend within 12 % gets the simpler name."""
 
     build_up: float = tolerance / 3.0
-    """The same between a friction that falls with speed and one that does not: how friction builds up is free in both.
-    With 1.0 × tolerance the names of 80 kept cases were the same; without this rule those of four more with such a
-    friction, confidences too."""
+    """The same between a friction that falls with speed and one that does not: how friction builds up is free in both,
+    and what is left to differ is the fall. Also the offset of the branches of a hysteresis, over their height, below
+    which it is a plain curve. Half: a friction of tanh form, without a fall, is named Stribeck friction; three times as
+    much, the whole tolerance: the names of 80 kept cases are the same."""
 
-    hidden: float = 0.5
-    """Share of its force that the base may have imitated: a form error is not larger than that of 1/(1 − hidden)² = 4
-    times the energy that the names close."""
+    imitated: float = 2.0
+    """Force of an effect over what its name closes, at most: the base may have imitated the other half. A form error is
+    not larger than that of 4 times the energy that the names close. Half: more gaps are explained only in part; double:
+    an element that only trades places with the base may leave four times as much."""
 
     material: float = 0.003
     """Share of the rms force: a smaller discrepancy or tone matters to nobody. A convention, as the issue of a load
-    cell's class."""
+    cell's class. Half and double: the least gap that gets a name, in runs with little noise."""
 
     closes: float = 0.4
-    """Share of the excess that an element must close when it stands alone. Read off kept outcomes."""
+    """Share of the excess that an element must close when it stands alone. Half: an element that closes a fifth is
+    named where nothing else is; double: no first name is found where two effects are hidden. Read off kept outcomes."""
 
     helps: float = 0.08
-    """Share of the excess that one name of several must close at least. Read off kept outcomes."""
+    """Share of the excess that one name of several, or a finer shape, must close at least; a fit that closes less has
+    lost its element. Half: more small names beside large ones; double: a third effect of less than a sixth of the gap
+    gets no name. Read off kept outcomes."""
 
     explained: float = 0.1
-    """Share of the base's excess that several names together may leave. Read off kept outcomes."""
+    """Share of the base's excess that several names together may leave. Half and double: fewer and more sets of names
+    stand; else only the first is kept. Read off kept outcomes."""
 
-    finer_shape_closes: float = 0.1
-    """Share of the excess that a finer shape of one element must close. With helps in its place, 14 kept cases were the
-    same."""
+    loop: float = 0.2
+    """Share of its slope that a hysteresis loses within half the stroke, at least: with less it is a spring within the
+    accuracy of a fit. Half: a spring is named a hysteresis sooner; double: the reverse. Read off kept outcomes."""
+
+    contact: float = 0.2
+    """Share of a rigid contact's stiffness (of it 6e6 N/m) beyond which a compliance is that of the contact. Half:
+    stiff bushes get no name; double: a contact is named a compliance. Read off kept outcomes."""
+
+    seat: float = 0.05
+    """Share of the energy of a play that the stiffness of its contact may close without a name of its own: the ways in
+    which the halves of a joint meet differ by as much. Half and double: a stiffness beside a play is named from half or
+    twice that energy. Read off kept outcomes."""
+
+    play: float = 0.1
+    """Share of the deflection of a contact under the rms force: a smaller gap does not show beside the deflection. Half
+    and double: the least play that is named so, and not a compliance."""
 
     disproportionate: float = 3.0
     """Factor beyond which two sizes do not go together: an element's force and the measured one (most of it then
-    cancels what the base took on), a fitted parameter of the base and its given value, odd and even part of a curve."""
+    cancels what the base took on), a fitted parameter of the base and its given value, odd and even part of a curve,
+    the speed over which a friction builds up and the lowest typical one. Half: large effects on a base that is off by a
+    third are refused; double: elements are named that cancel the base. A convention."""
 
     minor: float = 0.3
     """Share that is a minor part of a whole: correlation of force and velocity without a clear sign; force that a model
-    makes of noise; what one record knows of a strength; scatter of mean forces beside the gap; what another element may
-    leave more than the best one, where none fits well. A convention. In the last place 0.4 changed no name in 80 kept
-    cases; two confidences fell by 0.03 and 0.04."""
+    makes of noise; scatter of mean forces beside the gap; scatter of a tone's amplitude, and the runs without it; what
+    another element may leave more than the best one, where none fits well; a lag beside a dead time (its rise, 10 to
+    90 %, is then two thirds of that); travel over which a hysteresis turns over, of the rms displacement. Half and
+    double: as if the scatter of each of these were known twice or half as well. A convention."""
 
     most_effects: int = 4
-    """Names at most: four elements on a base imitate nearly any gap."""
+    """Names at most: four elements on a base imitate nearly any gap. Half: no set of three; double: sets for which the
+    search takes minutes."""
 
     min_confidence: float = 0.4
-    """Confidence below which a name is not stated: of the few that were ever stated below it none was right."""
-
-    sure: float = 0.9
-    """Confidence below which the next test is worth its rig time."""
-
-    hum_confidence: float = 0.99
-    """Confidence in a tone that three or more runs share: chance is excluded by tone_power, wrong labels are not."""
-
-    few_runs: int = 2
-    """Training runs: with fewer, too much is unseen to say that nothing is missing."""
-
-    enough_runs: int = 5
-    """Runs that see an effect, of which one may be odd."""
+    """Confidence below which a name is not stated: a name that is likelier wrong than right, less a margin for a table
+    that is fitted to a few wrong names. Half: of the names with odd seeds in docs/explain.md 3 more right ones and 2
+    more wrong ones; double: 12 right ones and 4 wrong ones less."""
 
     held_out: float = 0.25
-    """Share of the runs that is held out where the user names none."""
+    """Share of the runs that is held out where the user names none. Half and double: of eight runs one and four."""
 
     varying_temperature: float = 1.0
-    """Span of temperature over all runs from which an effect of it can show, K."""
-
-    tone_scatter: float = 0.35
-    """Scatter of a tone's amplitude over the runs, relative, beyond which it is no property of the channel."""
-
-    tone_runs: float = 0.75
-    """Share of the runs in which a tone must stand out."""
-
-    tone_cycles: float = 5.0
-    """Cycles of a tone in the shortest run: with fewer it is an offset or a drift."""
+    """Span of temperature over all runs from which an effect of it can show, K. The force of a damper changes by some
+    tenths of a per cent a kelvin, which is what is material. Half and double: the least span in which a fade is
+    sought."""
 
     tone_left: float = 0.1
-    """Share of a tone's amplitude that a record must keep beside the motion's own harmonics to tell it."""
+    """Share of a tone's amplitude that a record must keep beside the motion's own harmonics to tell it; of a motion's
+    power that is beside its strongest line where it is one sine. Half and double: how near to a harmonic a tone is
+    still sought."""
 
     tone_lines: float = 2.0
-    """Lines of the spectrum between a tone and a harmonic of a sine that is known to a line."""
-
-    tone_nyquist: float = 0.95
-    """Share of the Nyquist frequency below which a tone is sought."""
-
-    one_sine: float = 0.9
-    """Share of a motion's power in one line that makes it one sine."""
-
-    build_up_span: tuple[float, float, float] = (1e-3, 0.1, 2.0)
-    """Least, first and largest scale over which a finer shape may build up, of the lowest typical speed or
-    build_up_travel: at zero its gradient vanishes, and a step that lands there would stay."""
-
-    build_up_travel: float = 0.3
-    """Travel over which a hysteresis may turn over, of the rms displacement."""
+    """Lines of the spectrum between a tone and what is known to a line: the mean, a harmonic of a sine, the Nyquist
+    frequency. The main lobe of a rectangular window is one line wide on each side. Half: the skirt of a harmonic may be
+    a tone; double: tones within four lines of one are not sought."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
     """Where the search stops for time. With all of these relaxed at once (counts and factors doubled, shares and gains
     halved or the rest to 1 halved), the names, verdicts and confidences (to 0.02) of 14 kept cases were the same, at
-    2.8 times the processor time."""
+    2.8 times the processor time. Measured before some of these were merged, always to the value that spends more."""
 
     shortlist: int = 6
     """Elements that are tried at most in one step."""
@@ -184,13 +178,7 @@ class Budget:
     """Iterations on all records of a candidate that has been given up."""
 
     fit_iterations: int = 14
-    """Iterations of a fit within the search."""
-
-    final_iterations: int = 12
-    """Iterations of the final model, which starts at the end of the search; its base takes base_iterations."""
-
-    base_iterations: int = 8
-    """Iterations of the base on the whole records, from where the search left it."""
+    """Iterations of a fit within the search, and of those after it, which start at its end."""
 
     flat: float = 3e-4
     """Share of the misfit: an iteration that gains less decides nothing."""
@@ -202,23 +190,21 @@ class Budget:
     """Times the least excess: a candidate that leaves more after its short fit is given up."""
 
     half_as_good: float = 0.5
-    """Share of a promise or of what the best has closed: what closes less has stuck, or will not lead."""
+    """Share of a promise or of what the best has closed: what closes less has stuck, or will not lead. A short fit that
+    leaves more than the best of its element over this share is not continued."""
 
     continued_fits: int = 2
     """Short fits of one element that are continued, at most."""
-
-    continued_within: float = 1.5
-    """Times the least excess: short fits of one element within it are continued."""
-
-    no_effect: float = 0.98
-    """Share of the excess: a fit that leaves more has lost its element. With 0.92 for it, 14 kept cases were the
-    same."""
 
     same_force: float = 0.01
     """Share of the excess: two fits whose forces differ by less are the same."""
 
     most_moves: int = 12
     """Moves of a search: names that still come and go then are not there."""
+
+    build_up: float = 0.1
+    """First value of a finer shape, of the lowest typical speed or of the travel that is a minor part of the stroke: at
+    zero its gradient vanishes."""
 
     tone_blocks: int = 256
     """Blocks into which a record is summed around a tone: within 30 lines of the centre nothing changes."""
@@ -227,6 +213,12 @@ class Budget:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Text:
     """The words of a report and the test that it proposes."""
+
+    sure: float = 0.9
+    """Confidence below which the next test is worth its rig time."""
+
+    few_runs: int = 2
+    """Training runs: with fewer, too much is unseen not to propose another."""
 
     listed: float = 0.005
     """Confidence below which an alternative is not listed; most_listed at most are."""
@@ -297,6 +289,9 @@ class Text:
 
     longest_test_s: float = 60.0
     """Motion of any test, s, at most."""
+
+    corner_m_s2: float = 30.0
+    """Acceleration in the rounded corners of a triangle: half of what a servo-hydraulic rig of 25 kN declares."""
 
 
 CHANCE: Final = Chance()

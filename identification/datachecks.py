@@ -9,10 +9,11 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.period import with_period_seen
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
-Kind = Literal["polarity", "clipping", "frozen", "skew", "drift", "aliasing"]
+Kind = Literal["polarity", "clipping", "frozen", "skew", "drift", "aliasing", "period"]
 
 UNITS: Final = {"displacement": "m", "force": "N", "current": "A"}
 _AGAINST = -0.3  # correlation of force and velocity below which a damper would drive the rig
@@ -42,8 +43,10 @@ def check_run(run: Run) -> tuple[Finding, ...]:
     channels = [name for name in UNITS if name in run.channels and run.samples >= 64]
     found = [f for name in channels for f in (*_frozen(run, name), *_clipped(run, name))]
     if "displacement" in channels and "force" in channels and not any(f.kind == "frozen" for f in found):
+        seen = with_period_seen(run)
+        found += [Finding("period", seen.differs, seen.note)] if seen.differs else []
         for look in _LOOKS:
-            found += look(run)
+            found += look(seen.run)
     return tuple(found)
 
 

@@ -5,6 +5,7 @@ IdentificationError
 │   └── ModelFileError  a model file that can't be read, written or used for what is asked of it
 ├── DataError           runs that can't be used for what is asked of them
 ├── SimulationError     the model can't run on this input
+├── ConfidenceTableError  the fitted table of confidence can't be used
 ├── ReportFileError     a file of a report that can't be drawn from
 ├── OutputError         a page or a table that can't be written
 └── ComputeError        there is no such executor, or nobody answers there
@@ -32,6 +33,10 @@ class DataError(IdentificationError):
 
 class SimulationError(IdentificationError):
     """A model that can't run on the given input."""
+
+
+class ConfidenceTableError(IdentificationError):
+    """A table of confidence that is damaged, or that belongs to another form tolerance."""
 
 
 class ReportFileError(IdentificationError):

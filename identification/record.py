@@ -29,6 +29,7 @@ from identification.models.inputs import (
 )
 from identification.models.motion import Motion
 from identification.noise import between_periods, from_cycles, high_frequency
+from identification.period import with_period_seen
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -169,7 +170,9 @@ def record_from_run(run: Run) -> Record:
             raise DataError(f"{name}: channel '{channel}' is frozen at {run.channels[channel][0]:g}: check its sensor")
     if run.samples < _MIN_SAMPLES:
         raise DataError(f"{name}: only {run.samples} samples: at least {_MIN_SAMPLES} are needed")
-    return _periodic(run, name) if is_periodic(run) else _free(run, name)
+    seen = with_period_seen(run)
+    record = _periodic(seen.run, name) if is_periodic(seen.run) else _free(seen.run, name)
+    return record if seen.differs or not seen.note else replace(record, notes=(*record.notes, seen.note))
 
 
 def record_to_come(

@@ -10,6 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from identification.derivatives import periodic_kinematics, smooth_kinematics
 from identification.errors import DataError
+from identification.period import with_period_seen
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -112,6 +113,7 @@ def steady_cycles(run: Run, channel: str = "force") -> Cycles | None:
     for needed in ("displacement", channel):
         if needed not in run.channels:
             raise DataError(f"{name}: no channel '{needed}': a loop needs displacement and force")
+    run = with_period_seen(run).run
     x, force, rate = run.channels["displacement"], run.channels[channel], run.sample_rate_hz
     if x.size < _LEAST_SAMPLES or np.ptp(x) == 0.0 or np.ptp(force) == 0.0:
         return None

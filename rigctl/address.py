@@ -14,7 +14,7 @@ from rigctl.transport import Transport
 if TYPE_CHECKING:
     import can
 
-FORMS = "modbus://HOST:PORT, can://loopback/NAME or can://INTERFACE/CHANNEL?fd=true"
+FORMS = "modbus://HOST:PORT, can://loopback/NAME, can://INTERFACE/CHANNEL?fd=true or the path of a rig.toml"
 
 
 def host_and_port(url: str) -> tuple[str, int]:
@@ -101,9 +101,13 @@ def connect(url: str, *, clock: Clock | None = None) -> Transport:
 
     Raises
     ------
-    UrlError
-        When the address has none of the forms, or names an interface that does not exist.
+    UrlError, MapError
+        When the address has none of the forms, or names an interface that does not exist; when a rig.toml is wrong.
     """
+    if url.endswith(".toml"):
+        from rigctl.machines.connection import connect_machine
+
+        return connect_machine(url, clock=clock)
     if urlsplit(url).scheme == "modbus":
         from rigctl.modbus_wire import ModbusTransport
 
@@ -125,15 +129,30 @@ def _check_loopback(url: str, channel: str) -> None:
         raise UrlError(f"rig address {url!r}: {error}") from error
 
 
-def _connect_can(url: str, address: CanAddress, clock: Clock | None) -> Transport:
-    import can
+def check_address(url: str) -> None:
+    """Raise the UrlError that `connect` raises for modbus:// and can:// addresses; makes no transport."""
+    scheme = urlsplit(url).scheme
+    if scheme == "modbus":
+        host_and_port(url)
+    elif scheme == "can":
+        _check_can(url, can_address(url))
+    else:
+        raise UrlError(f"rig address {url!r}: it must be {FORMS}")
 
-    from rigctl.can_wire import CanTransport
+
+def _check_can(url: str, address: CanAddress) -> None:
+    import can
 
     if address.interface not in {"loopback", *can.VALID_INTERFACES}:
         open_bus(address)  # raises UrlError where the interface does not exist
     if address.interface == "loopback":
         _check_loopback(url, address.channel)
+
+
+def _connect_can(url: str, address: CanAddress, clock: Clock | None) -> Transport:
+    from rigctl.can_wire import CanTransport
+
+    _check_can(url, address)
     return CanTransport(
         url,
         lambda: open_bus(address),

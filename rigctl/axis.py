@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
-import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from math import isfinite, sqrt
 from typing import TypeVar
 
 from rigctl.clock import Clock
-from rigctl.device import Control, Fault, RigState, describe
-from rigctl.errors import GateError, RequestDenied, RigFault, StopFailed, TooCold, TransportError, TransportTimeout
+from rigctl.device import Control, Fault, PressureStage, RigState, describe
+from rigctl.errors import (
+    GateError,
+    NeedsReset,
+    RequestDenied,
+    RigError,
+    RigFault,
+    RigOccupied,
+    SessionLost,
+    StopFailed,
+    TooCold,
+    TransportError,
+    TransportTimeout,
+)
 from rigctl.limits import Configuration
+from rigctl.session import NOBODY
 from rigctl.stream import Stream
 from rigctl.transport import Identity, Reply, SetpointBlock, Status, Transport
 
@@ -20,12 +35,12 @@ STATE_S = 5.0
 CONNECT_S = 2.0
 STOP_S = 3.0
 POLL_S = 0.01
+TRAVEL_M_S = 0.1  # the fastest that a rig travels by itself, and how hard it begins
+TRAVEL_M_S2 = 2.0
+TRAVEL_MARGIN = 2.0  # over the time that a travel takes at the speed that the rig is allowed; and STATE_S twice
+CLOCK_SAMPLES = 1 << 32  # the rig counts its samples modulo this
 RIG_SILENT_S = 0.5  # the rig's heartbeat may stop for so long
 SUSPECT_S = 0.25  # and so long again, over several answers: a busy computer may delay one
-OTHER_HOSTS_S = (
-    1.3,
-    5.5,
-)  # longer than the watchdog of a rig in real time; of a simulated rig that waits
 UNPOWERED = (RigState.INIT, RigState.DISABLED, RigState.FAULT_DISABLED)
 
 
@@ -35,83 +50,170 @@ class Axis:
     def __init__(self, transport: Transport, clock: Clock, *, stall_s: float) -> None:
         self._transport, self._clock, self._stall_s = transport, clock, stall_s
         self._last: Status | None = None
+        self._rig_clock = 0  # the last sample index that the rig gave to this session
         self._beat, self._beat_at = -1, clock.now()
         self._suspected_at: float | None = None
-        self.run_id = secrets.randbelow(0xFFFF) + 1  # random: blocks of an earlier host may still be in transit
+        self._configuration = Configuration()
+        self._unmeasured: tuple[str, ...] = ()
+        self.run_id = self._run_before = 0  # the next run, or the one that is being played; the one before
 
     def number_next_run(self) -> None:
         """Return the next run its own number, so that the rig drops blocks of the last one."""
         self.run_id = self.run_id % 0xFFFF + 1
 
     def identify(self) -> Identity:
-        return self._retry(lambda: self._transport.identify(CALL_S), CONNECT_S)
+        identity = self._retry(lambda: self._transport.identify(CALL_S), CONNECT_S)
+        self._unmeasured = identity.unmeasured
+        return identity
+
+    def claim(self) -> None:
+        """Become the rig's only master; nothing that was sent in an earlier session has an effect any more.
+
+        Raises
+        ------
+        RigOccupied
+            When another host commands the rig; it is not disturbed.
+        """
+        try:
+            self._retry(lambda: self._transport.claim(CALL_S), CONNECT_S)
+        except RequestDenied as error:
+            state = self._transport.status(CALL_S).state.name
+            raise RigOccupied(
+                f"{self._transport.url}: another host commands the rig ({state}): stop it there, or wait for its end"
+            ) from error
+        self._run_before = self.status().run_id
+        self.run_id = self._run_before % 0xFFFF + 1  # the rig opens a run only if its number is higher
+
+    def release(self) -> None:
+        """Give the rig up, so that another host may have it at once."""
+        self._retry(lambda: self._transport.release(CALL_S), CALL_S)
 
     def prepare(self, configuration: Configuration) -> None:
-        """Clear a latched fault, disable, and give the rig its configuration."""
-        status = self._command(Control.DISABLE)
-        if status.faults:
-            self._reset()
-        self.await_state(RigState.DISABLED)
-        self._command(Control.DISABLE)  # at rest by now: the rig takes over the run's number
-        self._retry(lambda: self._transport.configure(configuration, CALL_S), STATE_S)
+        """Give a rig without power and without a latched fault its configuration.
 
-    def await_other_hosts(self) -> None:
-        """Raise RigFault where another host has the rig under power: two must not command one actuator.
-
-        Where that host has died, the rig's watchdog stops the rig as soon as nobody talks to it.
+        Raises
+        ------
+        NeedsReset
+            When a fault is latched: the rig is left as it is, for an operator.
         """
-        for quiet_s in OTHER_HOSTS_S:
-            if self.status().state not in (RigState.HOLD, RigState.ACTIVE):
-                return
-            self._clock.sleep(quiet_s)
-        if (state := self.status().state) in (RigState.HOLD, RigState.ACTIVE):
-            raise RigFault(
-                f"{self._transport.url}: another host has the rig in {state.name}: stop it there, or wait for its end"
-            )
+        self.refuse_latched_fault()
+        self._command(Control.DISABLE)
+        self.await_state(RigState.DISABLED)
+        self._retry(lambda: self._transport.configure(configuration, CALL_S), STATE_S)
+        self._configuration = configuration
+
+    def refuse_latched_fault(self) -> None:
+        """Raise NeedsReset where the rig has latched a fault: reset is an act of an operator."""
+        if (found := latched(self._transport.url, self.status())) is not None:
+            raise found
+
+    def reset(self) -> Status:
+        """Reset a latched fault, as an operator has asked; RigFault where its cause persists."""
+        self._command(Control.DISABLE)
+        return self._command(Control.DISABLE | Control.RESET)
 
     def confirm(self) -> None:
-        """Make sure that the rig is the one that was prepared, before anything moves.
+        """Make sure that the rig is the one that was prepared, before anything moves: SessionLost where it is not."""
+        self._check_session(self.status())
 
-        Raises TransportError where it was restarted: it has lost its configuration.
-        """
-        self._check_not_restarted(self.status())
+    def _check_session(self, status: Status) -> None:
+        if status.session != self._transport.session:
+            raise self._session_lost(status)
 
-    def _check_not_restarted(self, status: Status) -> None:
-        if status.run_id != self.run_id:
-            raise TransportError(f"{self._transport.url}: the rig was restarted: it has lost its configuration")
+    def _session_lost(self, status: Status) -> RigError:
+        """Say why the rig does not obey this host any more: where it was restarted its clock and its runs are gone."""
+        backwards = (status.sample_index - self._rig_clock) % CLOCK_SAMPLES > CLOCK_SAMPLES // 2
+        if backwards or status.run_id not in (self._run_before, self.run_id):
+            return TransportError(f"{self._transport.url}: the rig was restarted: it has lost its configuration")
+        return SessionLost(f"{self._transport.url}: somebody else has stopped the rig: it does not obey this host")
 
     def _command(self, control: Control) -> Status:
-        self._last = self._retry(lambda: self._transport.command(control, self.run_id, CALL_S), STATE_S)
+        with self._refusals():
+            self._last = self._retry(lambda: self._transport.command(control, self.run_id, CALL_S), STATE_S)
         return self._last
 
-    def _reset(self) -> None:
-        self._command(Control.DISABLE | Control.RESET)  # the rising edge of the bit resets
-        status = self._command(Control.DISABLE)
-        if status.faults:
-            raise RigFault(f"the rig's fault persists after a reset: {describe(status.faults, status.detector)}")
+    def _direct(self, displacement_m: float, current_a: float) -> None:
+        with self._refusals():
+            self._last = self._retry(lambda: self._transport.direct(displacement_m, current_a, CALL_S), STATE_S)
 
-    def enable(self, displacement_m: float, current_a: float) -> None:
-        """Close the loop and travel to where the waveform begins."""
+    @contextmanager
+    def _refusals(self) -> Iterator[None]:
+        """Say why the rig refused a command: its fault, the end of this host's session, or else what it answers."""
+        try:
+            yield
+        except RequestDenied:
+            status = self.status()
+            self._check_session(status)
+            if status.faults:
+                raise RigFault(f"the rig stopped: {describe(status.faults, status.detector)}") from None
+            raise
+
+    def enable(self, displacement_m: float, current_a: float, *, meanwhile: Callable[[], None] = lambda: None) -> None:
+        """Close the loop and travel to where the waveform begins; what `meanwhile` raises ends the travel.
+
+        At low pressure the piston stays where it is.
+        """
         self._command(Control.HOLD)
         self.await_state(RigState.HOLD)
-        self._last = self._retry(lambda: self._transport.direct(displacement_m, current_a, CALL_S), STATE_S)
-        self._poll(lambda s: s.arrived, "travel to the start of the waveform")
+        self._run_before = self.run_id
+        if self._configuration.stage is PressureStage.LOW:
+            return
+        within_s = self._travel_s(displacement_m)
+        self._direct(displacement_m, current_a)
+        self._poll(lambda s: s.arrived, "travel to the start of the waveform", meanwhile, within_s=within_s)
+
+    def travel(self, displacement_m: float, current_a: float) -> Status:
+        """Travel to another hold set-point within the rig's own limits, and return the status at rest there."""
+        within_s = self._travel_s(displacement_m)
+        self._direct(displacement_m, current_a)
+        return self._poll(lambda s: s.arrived, "travel", within_s=within_s)
+
+    def jog(self, displacement_m: float, wanted: Callable[[], bool]) -> Status:
+        """Move slowly at low pressure, and return the status at rest: there, or where `wanted` no longer said so.
+
+        Each look at the rig asks for the movement once more; where this program stands still, so does the piston.
+        """
+        within_s = self._travel_s(displacement_m)
+
+        def ask_again() -> None:
+            if wanted():
+                with self._refusals():
+                    self._last = self._retry(lambda: self._transport.jog(displacement_m, CALL_S), STATE_S)
+
+        ask_again()
+        return self._poll(lambda s: s.arrived, "jog", ask_again, within_s=within_s)
+
+    def _travel_s(self, to_m: float) -> float:
+        """How long a travel may take: the rig's minimum-jerk curve at the allowed speed and acceleration."""
+        limits = self._configuration.limits
+        distance = abs(to_m - self._latest().displacement_m)
+        if not isfinite(distance):  # of a broken sensor
+            distance = limits.position_max_m - limits.position_min_m
+        at_speed = 1.875 * distance / min(limits.velocity_m_s, TRAVEL_M_S)
+        return max(at_speed, sqrt(5.78 * distance / min(limits.acceleration_m_s2, TRAVEL_M_S2)))
+
+    @property
+    def _rest_s(self) -> float:
+        """How long the rig takes to come to rest from the largest speed within its limits."""
+        return self._configuration.limits.velocity_m_s / self._configuration.limits.acceleration_m_s2
 
     def activate(self) -> None:
         """Make the rig play its FIFO."""
         self._command(Control.ACTIVATE)
 
-    def hold(self) -> Status:
-        """Bring the motion to rest within the rig's own limits; the loop stays closed."""
+    def hold(self, *, meanwhile: Callable[[], None] = lambda: None) -> Status:
+        """Bring the motion to rest within the rig's own limits; the loop stays closed. `meanwhile` may end the wait."""
         self._command(Control.HOLD)
-        return self._poll(lambda s: s.state is RigState.HOLD and s.arrived, "rest in HOLD")
+        resting = lambda s: s.state is RigState.HOLD and s.arrived  # noqa: E731
+        return self._poll(resting, "rest in HOLD", meanwhile, within_s=self._rest_s)
 
     def travel_home(self, wanted: Callable[[], bool]) -> None:
         """Bring the motion to rest, then the piston to mid-stroke without current, as long as `wanted` says so."""
         if wanted() and self.status().state in (RigState.HOLD, RigState.ACTIVE):
             self.hold()
-            self._last = self._retry(lambda: self._transport.direct(0.0, 0.0, CALL_S), STATE_S)
-            self._poll(lambda s: s.arrived or not wanted(), "travel to mid-stroke")
+            within_s = self._travel_s(0.0)
+            self._direct(0.0, 0.0)
+            self._poll(lambda s: s.arrived or not wanted(), "travel to mid-stroke", within_s=within_s)
 
     def wait_at_rest(self, may_go_on: Callable[[Status], bool]) -> None:
         """Keep the rig at rest, with heartbeat and supervision, until `may_go_on` says so."""
@@ -131,9 +233,12 @@ class Axis:
                 block = stream.next_block()
                 self._clock.sleep(POLL_S)
         self._check_heartbeat(reply.heartbeat)
-        if reply.capture.run_id != stream.plan.run_id:
-            raise TransportError(f"{self._transport.url}: the rig was restarted: it knows nothing of this run")
-        return reply
+        if reply.owned and reply.capture.run_id == stream.plan.run_id:
+            return reply
+        status = self.status()
+        if status.session != self._transport.session or status.run_id != stream.plan.run_id:
+            raise self._session_lost(status)
+        return replace(reply, owned=True, refused=True)  # a late answer, of somebody's session before this one
 
     def fetch(self, stream: Stream, patience_s: float) -> Reply:
         """Fetch the next captured samples and send nothing; after a lost answer ask again."""
@@ -168,13 +273,23 @@ class Axis:
         gate_s: float,
         tell: Callable[[str], None],
     ) -> None:
-        """Wait until the damper is within its temperature gate; TooCold, a GateError, where waiting does not help."""
+        """Wait until the damper is within its temperature gate; TooCold, a GateError, where waiting does not help.
+
+        A reading that is missing or not finite opens no gate: GateError.
+        """
         if low_degc is None and high_degc is None:
             return
+        if "temperature" in self._unmeasured:
+            raise GateError(f"{self._transport.url}: the rig does not measure a temperature: take the gate out")
         status = self._latest()
         ends = status.sample_index + round(gate_s * sample_rate_hz)
 
         def passed(s: Status) -> bool:
+            if not isfinite(s.temperature_degc):
+                raise GateError(
+                    f"the temperature of the damper reads {s.temperature_degc} °C: its gate needs a finite reading, "
+                    "look at the sensor"
+                )
             if low_degc is not None and s.temperature_degc < low_degc:
                 raise TooCold(
                     f"the damper is at {s.temperature_degc:.1f} °C, "
@@ -193,6 +308,8 @@ class Axis:
 
     def status(self) -> Status:
         self._last = self._retry(lambda: self._transport.status(CALL_S), STATE_S)
+        if self._transport.session and self._last.session == self._transport.session:
+            self._rig_clock = self._last.sample_index
         return self._last
 
     def _latest(self) -> Status:
@@ -214,7 +331,8 @@ class Axis:
         StopFailed
             When no answer confirms it: the rig may still be powered, until its watchdog stops it.
         """
-        ends = self._clock.now() + STOP_S
+        stop_s = STOP_S + TRAVEL_MARGIN * self._rest_s
+        ends = self._clock.now() + stop_s
         last: Exception | None = None
         while self._clock.now() < ends:
             try:
@@ -224,12 +342,18 @@ class Axis:
                 last = error
             self._clock.sleep(POLL_S)
         raise StopFailed(
-            f"{self._transport.url}: the stop was not acknowledged within {STOP_S:g} s, "
+            f"{self._transport.url}: the stop was not acknowledged within {stop_s:.3g} s, "
             f"the rig may still be powered ({last or 'it keeps moving'})"
         ) from last
 
     def _stopped_and_disabled(self) -> bool:
-        state = self._transport.command(Control.DISABLE, self.run_id, CALL_S).state
+        try:
+            state = self._transport.command(Control.DISABLE, self.run_id, CALL_S).state
+        except RequestDenied:  # the session is over
+            status = self._transport.status(CALL_S)
+            if status.session not in (NOBODY, self._transport.session):
+                return True  # power never changes its master: it was off before another host could claim the rig
+            state = self._transport.stop(CALL_S).state  # obeyed from anybody
         if state not in UNPOWERED:
             state = self._transport.status(CALL_S).state
         return state in UNPOWERED
@@ -247,19 +371,29 @@ class Axis:
                     raise
                 self._clock.sleep(POLL_S)
 
-    def _poll(self, reached: Callable[[Status], bool], what: str) -> Status:
-        ends = self._clock.now() + 2 * STATE_S
+    def _poll(
+        self,
+        reached: Callable[[Status], bool],
+        what: str,
+        meanwhile: Callable[[], None] = lambda: None,
+        *,
+        within_s: float = 0.0,
+    ) -> Status:
+        within_s = TRAVEL_MARGIN * within_s + 2 * STATE_S
+        ends = self._clock.now() + within_s
         status = self._latest()
         while True:
+            self._check_session(status)
             if status.faults:
                 raise RigFault(f"the rig refuses {what}: {describe(status.faults, status.detector)}")
             if reached(status):
                 return status
             if self._clock.now() >= ends:
                 raise TransportTimeout(
-                    f"{self._transport.url}: {what} not reached within {2 * STATE_S:g} s, "
+                    f"{self._transport.url}: {what} not reached within {within_s:.3g} s, "
                     f"the rig is in {status.state.name}"
                 )
+            meanwhile()
             self._clock.sleep(POLL_S)
             status = self.status()
 
@@ -276,10 +410,18 @@ class Axis:
             tell(describe_wait(status))
             self._clock.sleep(POLL_S)
             index, status = status.sample_index, self.status()
-            self._check_not_restarted(status)
+            self._check_session(status)
             if status.faults:
                 raise RigFault(f"the rig stopped: {describe(status.faults, status.detector)}")
             if status.sample_index != index:
                 moved_at = self._clock.now()
             elif self._clock.now() - moved_at > self._stall_s:
                 raise TransportTimeout(f"{self._transport.url}: the rig's clock has stopped")
+
+
+def latched(url: str, status: Status) -> NeedsReset | None:
+    """Return what to say where a fault is latched: it stays until an operator resets it; None where there is none."""
+    if not (status.state.faulted or status.faults):
+        return None
+    why = describe(status.faults, status.detector)
+    return NeedsReset(f"{url}: the rig is in {status.state.name}: {why}: look at it, then `damper-rig rig reset {url}`")

@@ -19,12 +19,11 @@ class BlockCount:
         self.last_block = NO_SEQUENCE
 
     def first_unit(self, block: SetpointBlock) -> int:
-        """Return the number of the block's first unit, modulo 65 536, and remember where the block ends."""
-        number = block.sequence * self._units % SEQUENCES
-        start = self._accepted + (number - self._accepted + SEQUENCES // 2) % SEQUENCES - SEQUENCES // 2
+        """Return the number of the block's first unit, and remember where the block ends."""
+        start = block.sequence * self._units
         self._ends[block.sequence] = start - (-block.samples // self._unit_samples)
         self._furthest = max(self._furthest, start * self._unit_samples + block.samples)
-        return number
+        return start
 
     def note(self, last_unit: int) -> None:
         """Note which unit the rig accepted last."""
@@ -36,7 +35,7 @@ class BlockCount:
             if end <= self._accepted:
                 del self._ends[block]
                 if end == self._accepted:  # the last block of a stream may be shorter
-                    self.last_block = block
+                    self.last_block = block % SEQUENCES
 
     def has(self, block: SetpointBlock) -> bool:
         """Whether the rig has the whole block."""

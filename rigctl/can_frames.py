@@ -1,4 +1,9 @@
-"""The CAN frames of node 1: identifiers and byte layouts, little-endian; as in the DBC files of this folder."""
+"""The CAN frames of node 1, map version 3: identifiers and byte layouts, little-endian; as in this folder's DBC files.
+
+Set-points and commands are checked over the session and the run that they belong to: a frame of an earlier session or
+run is a damaged one. They are also checked over their whole number, of which 16 bits travel: a frame that is 65 536
+numbers late is a damaged one too.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigctl import scaling
-from rigctl.device import Fault
+from rigctl.device import Fault, PressureStage
 from rigctl.packing import from_counts, to_counts
+from rigctl.session import nearest
 
 NODE: Final = 1
 NMT: Final = 0x000
@@ -45,6 +51,11 @@ FD_CAPTURE: Final = 4  # captured samples in one frame
 END: Final = 0x8000
 FD_END: Final = 0x80
 AGAIN: Final = 1 << 31  # bit of an acknowledgement of captured samples: send again from there
+CAPTURE_NUMBERS: Final = 1 << 12  # classic captured samples are counted modulo this
+MODE_PROGRAM: Final = 0
+MODE_TRAVEL: Final = 1
+MODE_JOG: Final = 2
+CAPTURED_BITS: Final = 24  # of the count in an acknowledgement; above it seven bits of the run's number
 
 _ROW = np.dtype([("displacement_m", "<i4"), ("current_a", "<i2")])
 _SAMPLE = np.dtype(
@@ -68,6 +79,9 @@ class StatusFrame:
     faults: int
     fifo_level: int
     last_accepted: int
+    stage: PressureStage
+    session: int  # its low four bits, which are 0 only where nobody commands the rig
+    run_id: int  # low four bits of the run that fifo_level and last_accepted belong to
 
 
 def crc8(data: bytes) -> int:
@@ -88,7 +102,8 @@ _CRC8: Final = tuple(_crc8_of(byte) for byte in range(256))
 
 
 def pack_status(status: StatusFrame) -> bytes:
-    word = status.state | status.arrived << 4 | status.refused << 5
+    word = status.state | status.arrived << 4 | status.refused << 5 | status.stage.value << 6
+    word |= (status.session & 0xF) << 8 | (status.run_id & 0xF) << 12
     return struct.pack("<HHHH", word, status.faults, status.fifo_level, status.last_accepted)
 
 
@@ -101,6 +116,9 @@ def unpack_status(data: bytes) -> StatusFrame:
         faults=faults,
         fifo_level=level,
         last_accepted=accepted,
+        stage=PressureStage(min(word >> 6 & 3, PressureStage.HIGH.value)),
+        session=word >> 8 & 0xF,
+        run_id=word >> 12,
     )
 
 
@@ -129,17 +147,58 @@ def error_entry(fault: Fault) -> int:
     return EMERGENCY_CODES.get(fault, 0xFF00 + bit) | bit << 16
 
 
-def pack_control(control: int, run_id: int, alive: int) -> bytes:
-    head = struct.pack("<HbBHB", control, 0, 0, run_id, alive)
-    return head + bytes([crc8(head)])
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControlFrame:
+    """Control, 0x200 + N: one command. DISABLE with session 0 is a stop, which the rig obeys from anybody."""
+
+    control: int
+    mode: int = (
+        MODE_PROGRAM  # MODE_TRAVEL, MODE_JOG: to the direct set-point that was sent just before, with this number
+    )
+    session: int
+    run_id: int
+    number: int
+
+    def pack(self, direct: bytes = b"") -> bytes:
+        """Make the frame's bytes; the CRC-8 covers the direct set-point that belongs to it as well."""
+        head = struct.pack("<BHHH", self.control | self.mode << 4, self.session, self.run_id, self.number)
+        return head + bytes([crc8(head + direct)])
 
 
-def unpack_control(data: bytes) -> tuple[int, int, int] | None:
-    """Return control word, run id and alive counter; None where the CRC is wrong."""
-    if len(data) != 8 or crc8(data[:7]) != data[7]:
+def unpack_control(data: bytes, direct: bytes = b"") -> ControlFrame | None:
+    """Read a command; None where the CRC over it, and over the direct set-point that belongs to it, is wrong."""
+    if len(data) != 8:
         return None
-    control, _, _, run_id, alive = struct.unpack("<HbBHB", data[:7])
-    return control, run_id, alive
+    word, session, run_id, number = struct.unpack("<BHHH", data[:7])
+    mode = word >> 4
+    if crc8(data[:7] + (direct if mode in (MODE_TRAVEL, MODE_JOG) else b"")) != data[7]:
+        return None
+    return ControlFrame(control=word & 0xF, mode=mode, session=session, run_id=run_id, number=number)
+
+
+def pack_host_heartbeat(session: int, number: int) -> bytes:
+    """Host's heartbeat: NMT state, session, and a number that is higher every time."""
+    return struct.pack("<BHH", OPERATIONAL, session, number)
+
+
+def unpack_host_heartbeat(data: bytes) -> tuple[int, int] | None:
+    """Return session and number; None for another frame or an NMT state that is not OPERATIONAL."""
+    if len(data) != 5 or data[0] != OPERATIONAL:
+        return None
+    _, session, number = struct.unpack("<BHH", data)
+    return session, number
+
+
+def captured_word(captured: int, run_id: int, *, again: bool) -> int:
+    """Acknowledgement of captured samples: their count modulo 2^24, seven bits of the run, again or not."""
+    return captured % (1 << CAPTURED_BITS) | (run_id & 0x7F) << CAPTURED_BITS | (AGAIN if again else 0)
+
+
+def captured_from(word: int, run_id: int, first_index: int) -> int | None:
+    """Return the count that an acknowledgement means, the nearest to `first_index`; None where it is another run's."""
+    if word >> CAPTURED_BITS & 0x7F != run_id & 0x7F:
+        return None
+    return nearest(word, first_index, 1 << CAPTURED_BITS)
 
 
 def pack_direct(displacement_m: float, current_a: float, sequence: int) -> bytes:
@@ -162,89 +221,136 @@ def unpack_health(data: bytes) -> tuple[float, float, int]:
     return temperature * scaling.TEMPERATURE_DEGC, pressure * scaling.PRESSURE_PA, consumed
 
 
-def pack_stream(rows: NDArray[np.float64], sequence: int, run_id: int, end: bool) -> list[tuple[int, bytes]]:
+def _owner(session: int, run_id: int) -> int:
+    """Start of a CRC-32: a block belongs to one run of one session."""
+    return session << 16 | run_id
+
+
+def _turn(sequence: int) -> bytes:
+    """The part of a number that does not travel: it ends a check."""
+    return struct.pack("<H", sequence >> 16 & 0xFFFF)
+
+
+def pack_stream(
+    rows: NDArray[np.float64], sequence: int, run_id: int, end: bool, *, session: int
+) -> list[tuple[int, bytes]]:
     """Classic: one frame for each set-point, numbered from 0, then the commit with the CRC-32 of all of them."""
     whole = to_counts(rows, _ROW, scaling.SETPOINT).tobytes()
     frames = [(STREAM, struct.pack("<H", k) + whole[6 * k : 6 * k + 6]) for k in range(rows.shape[0])]
     count = rows.shape[0] | (END if end else 0)
-    return [*frames, (COMMIT, struct.pack("<HHI", sequence, count, zlib.crc32(whole, run_id)))]
+    head = struct.pack("<HH", sequence & 0xFFFF, count)
+    commit = head + struct.pack("<I", zlib.crc32(whole + head + _turn(sequence), _owner(session, run_id)))
+    return [*frames, (COMMIT, commit)]
 
 
-def unpack_stream(frames: dict[int, bytes], commit: bytes, run_id: int) -> tuple[NDArray[np.float64], int, bool] | None:
-    """Return the set-points of a block, its sequence number, and whether it is the last; None where it is damaged."""
+def unpack_stream(
+    frames: dict[int, bytes], commit: bytes, run_id: int, *, session: int, following: int
+) -> tuple[NDArray[np.float64], int, bool] | None:
+    """Return the set-points of a block, its sequence number, and whether it is the last; None where it is damaged.
+
+    The number is the one nearest to `following` that the frame's 16 bits may mean.
+    """
     sequence, count, crc = struct.unpack("<HHI", commit)
+    sequence = nearest(sequence, following, 1 << 16)
     number = count & ~END
     whole = b"".join(frames.get(k, b"") for k in range(number))
-    if len(whole) != 6 * number or zlib.crc32(whole, run_id) != crc:
+    checked = whole + commit[:4] + _turn(sequence)
+    if len(whole) != 6 * number or zlib.crc32(checked, _owner(session, run_id)) != crc:
         return None
     return from_counts(np.frombuffer(whole, dtype=_ROW), scaling.SETPOINT), sequence, bool(count & END)
 
 
-def pack_stream_fd(rows: NDArray[np.float64], sequence: int, run_id: int, end: bool) -> list[tuple[int, bytes]]:
+def pack_stream_fd(
+    rows: NDArray[np.float64], sequence: int, run_id: int, end: bool, *, session: int
+) -> list[tuple[int, bytes]]:
     """FD: up to nine set-points in each frame of 64 bytes, numbered one after the other."""
     whole, size = to_counts(rows, _ROW, scaling.SETPOINT).tobytes(), _ROW.itemsize
     frames = []
     for k in range(0, rows.shape[0], FD_BLOCK):
         left = rows.shape[0] - k
         last = FD_END if end and left <= FD_BLOCK else 0
-        head = struct.pack("<HB", (sequence + k // FD_BLOCK) % 0x10000, min(left, FD_BLOCK) | last)
+        number = sequence + k // FD_BLOCK
+        head = struct.pack("<HB", number & 0xFFFF, min(left, FD_BLOCK) | last)
         body = whole[size * k : size * (k + FD_BLOCK)].ljust(size * FD_BLOCK, b"\0")
-        data = head + bytes([crc8(head)]) + body + struct.pack("<H", run_id)
-        frames.append((STREAM, (data + struct.pack("<H", binascii.crc_hqx(data, 0xFFFF))).ljust(64, b"\0")))
+        data = head + bytes([crc8(head)]) + body + struct.pack("<HH", run_id, session)
+        frames.append((STREAM, data + struct.pack("<H", binascii.crc_hqx(data + _turn(number), 0xFFFF))))
     return frames
 
 
-def unpack_stream_fd(data: bytes) -> tuple[NDArray[np.float64], int, int, bool] | None:
-    """Return set-points, sequence number, run id, last or not; None where the frame is damaged."""
-    if len(data) != 64 or binascii.crc_hqx(data[:60], 0xFFFF) != struct.unpack_from("<H", data, 60)[0]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StreamFrame:
+    """Set-points of an FD frame."""
+
+    rows: NDArray[np.float64]  # (n, 2): displacement m, current A
+    sequence: int
+    run_id: int
+    session: int
+    end: bool
+
+
+def unpack_stream_fd(data: bytes, *, following: int) -> StreamFrame | None:
+    """Read set-points; None where the frame is damaged. Its number is the one nearest to `following`."""
+    if len(data) != 64:
         return None
     sequence, number = struct.unpack_from("<HB", data)
+    sequence = nearest(sequence, following, 1 << 16)
+    if binascii.crc_hqx(data[:62] + _turn(sequence), 0xFFFF) != struct.unpack_from("<H", data, 62)[0]:
+        return None
     count = number & ~FD_END
     if count > FD_BLOCK:
         return None
+    run_id, session = struct.unpack_from("<HH", data, 58)
     rows = from_counts(np.frombuffer(data, dtype=_ROW, count=count, offset=4), scaling.SETPOINT)
-    return rows, sequence, struct.unpack_from("<H", data, 58)[0], bool(number & FD_END)
+    return StreamFrame(rows=rows, sequence=sequence, run_id=run_id, session=session, end=bool(number & FD_END))
 
 
-def pack_capture(values: NDArray[np.float64], first_index: int) -> list[tuple[int, bytes]]:
-    """Classic: two frames for each sample, numbered modulo 65 536; the pressure travels in the health frame."""
+def pack_capture(values: NDArray[np.float64], first_index: int, *, run_id: int) -> list[tuple[int, bytes]]:
+    """Classic: two frames for each sample, numbered modulo 4 096, with four bits of the run's number.
+
+    The pressure travels in the health frame.
+    """
     packed = to_counts(values, _SAMPLE, scaling.CAPTURE)
     frames = []
     for k, (force, x, current, temperature, _) in enumerate(packed.tolist()):
-        number = (first_index + k) % 0x10000
+        number = (first_index + k) % CAPTURE_NUMBERS | (run_id & 0xF) << 12
         frames.append((CAPTURE, struct.pack("<Hih", number, force, current)))
         frames.append((CAPTURE_B, struct.pack("<Hih", number, x, temperature)))
     return frames
 
 
-def unpack_capture(a: bytes, b: bytes, pressure_pa: float) -> tuple[int, NDArray[np.float64]] | None:
-    """Return number and values of a sample; None where its two frames do not belong together."""
+def unpack_capture(
+    a: bytes, b: bytes, pressure_pa: float, *, run_id: int, following: int
+) -> tuple[int, NDArray[np.float64]] | None:
+    """Return index and values of a sample, (1, 5); None where its frames belong to two samples or to another run.
+
+    The index is the one nearest to `following` that the frames' number may mean.
+    """
     number, force, current = struct.unpack("<Hih", a)
     other, x, temperature = struct.unpack("<Hih", b)
-    if number != other:
+    if number != other or number >> 12 != run_id & 0xF:
         return None
-    counts = np.array([force, x, current, temperature, 0.0])
+    counts = np.array([[force, x, current, temperature, 0.0]])
     values: NDArray[np.float64] = counts * np.array(scaling.CAPTURE)
-    values[4] = pressure_pa
-    return number, values
+    values[0, 4] = pressure_pa
+    return nearest(number, following, CAPTURE_NUMBERS), values
 
 
-def pack_capture_fd(values: NDArray[np.float64], first_index: int) -> list[tuple[int, bytes]]:
-    """FD: up to four samples in each frame of 64 bytes."""
+def pack_capture_fd(values: NDArray[np.float64], first_index: int, *, run_id: int) -> list[tuple[int, bytes]]:
+    """FD: up to four samples in each frame of 64 bytes, with the low byte of the run's number."""
     whole, size = to_counts(values, _SAMPLE, scaling.CAPTURE).tobytes(), _SAMPLE.itemsize
     frames = []
     for k in range(0, values.shape[0], FD_CAPTURE):
         body = whole[size * k : size * (k + FD_CAPTURE)].ljust(size * FD_CAPTURE, b"\0")
-        head = struct.pack("<IBB", first_index + k, min(values.shape[0] - k, FD_CAPTURE), 0)
+        head = struct.pack("<IBB", first_index + k, min(values.shape[0] - k, FD_CAPTURE), run_id & 0xFF)
         frames.append((CAPTURE, head + struct.pack("<H", binascii.crc_hqx(head + body, 0xFFFF)) + body))
     return frames
 
 
-def unpack_capture_fd(data: bytes) -> tuple[int, NDArray[np.float64]] | None:
-    """Return the first index and the samples; None where the frame is damaged."""
+def unpack_capture_fd(data: bytes, *, run_id: int) -> tuple[int, NDArray[np.float64]] | None:
+    """Return the first index and the samples; None where the frame is damaged or belongs to another run."""
     if len(data) != 64:
         return None
-    first, count, _, crc = struct.unpack_from("<IBBH", data)
-    if count > FD_CAPTURE or binascii.crc_hqx(data[:6] + data[8:], 0xFFFF) != crc:
+    first, count, run, crc = struct.unpack_from("<IBBH", data)
+    if count > FD_CAPTURE or run != run_id & 0xFF or binascii.crc_hqx(data[:6] + data[8:], 0xFFFF) != crc:
         return None
     return first, from_counts(np.frombuffer(data, dtype=_SAMPLE, count=count, offset=8), scaling.CAPTURE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import secrets
 from collections.abc import Callable, Sequence
 
 import can
@@ -20,6 +21,7 @@ from rigctl.errors import IdentityError, RequestDenied, TransportError, Transpor
 from rigctl.limits import Configuration
 from rigctl.loopback_can import LoopbackBus
 from rigctl.registers import check_identity, identity_from, status_from
+from rigctl.session import NOBODY, Session
 from rigctl.transport import HEARTBEATS, SEQUENCES, CaptureBlock, Identity, Reply, SetpointBlock, Status
 
 FULL_S = 0.1  # for a full queue of the driver
@@ -54,7 +56,7 @@ class CanTransport:
         self._units, self._unit_samples = 1, frames.FD_BLOCK if fd else frames.CLASSIC_BLOCK
         self._clock = clock or SystemClock()
         self._bus: can.BusABC | None = None
-        self._alive = self._beat = 0
+        self._session, self._nonce = Session(), secrets.randbits(32)
         self._sdo: dict[int, sdo.Sdo] = {}
         self._status: frames.StatusFrame | None = None
         self._pressure_pa = 0.0
@@ -62,11 +64,16 @@ class CanTransport:
         self._told_at = float("-inf")
         self._begin_run(0)
 
+    @property
+    def session(self) -> int:
+        return self._session.number
+
     def _begin_run(self, run_id: int) -> None:
         """Reset the counters for another run."""
         self._run_id, self._next = run_id, 0
+        self._status = None  # it counts the blocks of the run before
         self._captured: list[NDArray[np.float64]] = []
-        self._half: tuple[int, bytes] | None = None
+        self._half: bytes | None = None
         self._skipped = self._asked_again = False  # a captured sample was lost, later ones have arrived
         self._unanswered: int | None = None  # a block that was sent and not answered yet
         self._blocks = BlockCount(units=self._units, unit_samples=self._unit_samples)
@@ -114,40 +121,82 @@ class CanTransport:
         ends = self._clock.now() + deadline_s
         bitrate, data_bitrate = self._rates
         check_bus(configuration.sample_rate_hz, fd=self._fd, bitrate=bitrate, data_bitrate=data_bitrate)
-        words = table.CONFIGURATION.encode(table.configuration_values(configuration))
+        own = self._session
+        values = table.configuration_values(configuration, session=own.number, command=own.next_command())
+        words = table.CONFIGURATION.encode(values)
         self._write(table.CONFIGURATION.address, words, ends)
-        if self._read(table.CONFIGURATION.address, len(words), ends) != words:
-            raise IdentityError(f"{self.url}: the rig did not keep its configuration")
+        wrong = table.differing(self._read(table.CONFIGURATION.address, len(words), ends), words)
+        if wrong:
+            raise IdentityError(f"{self.url}: the rig did not keep its configuration: {', '.join(wrong)}")
         self._size_blocks(configuration.high_water_samples)
+
+    def claim(self, deadline_s: float) -> int:
+        ends = self._clock.now() + deadline_s
+        self._write(table.CLAIM.address, table.CLAIM.encode({"nonce": self._nonce}), ends)
+        status, values = self._read_status(ends)
+        if values["nonce"] != self._nonce or status.session == NOBODY:
+            raise TransportError(f"{self.url}: the rig has given the session to another host")
+        if status.session != self._session.number:
+            self._session = Session(number=status.session)
+        return status.session
+
+    def release(self, deadline_s: float) -> None:
+        ends = self._clock.now() + deadline_s
+        own, self._nonce = self._session, secrets.randbits(32)
+        if own.claimed:
+            try:
+                self._write(table.RELEASE.address, [own.number, own.next_command()], ends)
+            except RequestDenied:
+                if self._read_status(ends)[0].session == own.number:
+                    raise
+            self._session = Session()
 
     def command(self, control: Control, run_id: int, deadline_s: float) -> Status:
         ends = self._clock.now() + deadline_s
-        self._alive = self._alive % 0xFF + 1
-        self._send([(frames.CONTROL, frames.pack_control(int(control), run_id, self._alive))])
-        return self._acknowledged(ends)
+        order = self._order(control, run_id)
+        self._send([(frames.CONTROL, order.pack())])
+        return self._acknowledged(order.number, ends)
 
     def direct(self, displacement_m: float, current_a: float, deadline_s: float) -> Status:
+        return self._move(displacement_m, current_a, frames.MODE_TRAVEL, deadline_s)
+
+    def jog(self, displacement_m: float, deadline_s: float) -> Status:
+        return self._move(displacement_m, 0.0, frames.MODE_JOG, deadline_s)
+
+    def _move(self, displacement_m: float, current_a: float, mode: int, deadline_s: float) -> Status:
         ends = self._clock.now() + deadline_s
-        self._alive = self._alive % 0xFF + 1
+        order = self._order(Control.HOLD, 0, mode=mode)
         try:
-            data = frames.pack_direct(displacement_m, current_a, self._alive)
+            data = frames.pack_direct(displacement_m, current_a, order.number)
         except OverflowError as error:
             raise RequestDenied(f"{self.url}: direct set-point {displacement_m} m does not fit the frame") from error
-        self._send([(frames.DIRECT, data)])
-        return self._acknowledged(ends)
+        self._send([(frames.DIRECT, data), (frames.CONTROL, order.pack(data))])
+        return self._acknowledged(order.number, ends)
 
-    def _acknowledged(self, ends: float) -> Status:
+    def _order(self, control: Control, run_id: int, *, mode: int = frames.MODE_PROGRAM) -> frames.ControlFrame:
+        own = self._session
+        return frames.ControlFrame(
+            control=int(control), mode=mode, session=own.number, run_id=run_id, number=own.next_command()
+        )
+
+    def _acknowledged(self, number: int, ends: float) -> Status:
         while True:
             status, values = self._read_status(ends)
-            if values["command_acknowledged"] == self._alive:
+            if values["command_acknowledged"] == number:
                 return status
-            if values["command_refused"] == self._alive:
+            if values["command_refused"] == number or status.session != self._session.number:
                 raise RequestDenied(f"{self.url}: the rig refused the command in {status.state.name}")
+
+    def stop(self, deadline_s: float) -> Status:
+        ends = self._clock.now() + deadline_s
+        stop = frames.ControlFrame(control=int(Control.DISABLE), session=NOBODY, run_id=0, number=0)
+        self._send([(frames.CONTROL, stop.pack())])
+        return self._read_status(ends)[0]
 
     def status(self, deadline_s: float) -> Status:
         ends = self._clock.now() + deadline_s
-        self._beat = self._beat % 0xFFFF + 1
-        self._write(table.HEARTBEAT_ADDRESS, [self._beat], ends)
+        if self._session.claimed:
+            self._write(table.LEASE.address, [self._session.number, self._session.next_heartbeat()], ends)
         return self._read_status(ends)[0]
 
     def error_history(self, deadline_s: float) -> list[Fault]:
@@ -163,8 +212,8 @@ class CanTransport:
             self._begin_run(run_id)
         self._drop_acknowledged(captured)
         self._asked_again |= self._skipped
-        again = frames.AGAIN if self._skipped else 0
-        request = sdo.Sdo(kind=sdo.DOWNLOAD, address=table.CAPTURED_ADDRESS, value=captured | again)
+        word = frames.captured_word(captured, run_id, again=self._skipped)
+        request = sdo.Sdo(kind=sdo.DOWNLOAD, address=table.CAPTURED_ADDRESS, value=word)
         self._sdo.pop(request.address, None)
         on_its_way = block is not None and block.sequence == self._unanswered
         self._send([*([] if on_its_way else self._pack(block)), (frames.SDO_REQUEST, request.pack())])
@@ -181,17 +230,26 @@ class CanTransport:
         rows = np.column_stack([block.displacement_m, block.current_a])
         first = self._blocks.first_unit(block)
         pack = frames.pack_stream_fd if self._fd else frames.pack_stream
-        return pack(rows, first, block.run_id, block.end_of_stream)
+        return pack(rows, first, block.run_id, block.end_of_stream, session=self._session.number)
 
     def _await_answer(self, block: SetpointBlock | None, address: int, ends: float) -> bool:
         """Receive until the rig has acknowledged the block; False where it was refused or lost."""
         while self._clock.now() < ends:
             self._receive(SLICE_S)
-            if address in self._sdo:  # the answer comes after the status frame that acknowledges the block
+            if address in self._sdo and self._concerns_run(self._status):  # which acknowledges the block comes first
                 break
-        if self._status is not None:
+        if self._status is not None and self._concerns_run(self._status):
             self._blocks.note(self._status.last_accepted)
         return block is None or self._blocks.has(block)
+
+    def _concerns_run(self, status: frames.StatusFrame | None) -> bool:
+        """Whether what a status counts is of the run that is being played, and not of a former one."""
+        return status is not None and status.run_id == self._run_id & 0xF
+
+    def _takes(self, status: frames.StatusFrame) -> bool:
+        """Whether a status is news: one of this session and a former run is late, once there is another one."""
+        late = status.session == self._session.number & 0xF and not self._concerns_run(status)
+        return self._status is None or not late
 
     def _reply(self, refused: bool) -> Reply:
         assert self._status is not None
@@ -202,9 +260,10 @@ class CanTransport:
             faults=Fault(status.faults),
             last_accepted=self._blocks.last_block,
             fifo_free=0,
-            consumed=max(self._blocks.samples - status.fifo_level, 0),
+            consumed=max(self._blocks.samples - status.fifo_level, 0) if self._concerns_run(status) else 0,
             refused=refused,
             heartbeat=self._rig_beats % HEARTBEATS,
+            owned=status.session == self._session.number & 0xF,
             capture=CaptureBlock(
                 run_id=0 if self._lost_power else self._run_id, first_index=self._next - values.shape[0], values=values
             ),
@@ -221,9 +280,10 @@ class CanTransport:
             self._bus, self._unanswered = None, None
 
     def _send(self, messages: Sequence[tuple[int, bytes]]) -> None:
-        if self._clock.now() - self._told_at >= frames.HEARTBEAT_S:
-            self._told_at = self._clock.now()
-            messages = [*messages, (frames.HOST_HEARTBEAT, bytes([frames.OPERATIONAL]))]
+        if self._session.claimed and self._clock.now() - self._told_at >= frames.HEARTBEAT_S:
+            self._told_at, own = self._clock.now(), self._session
+            beat = frames.pack_host_heartbeat(own.number, own.next_heartbeat())
+            messages = [*messages, (frames.HOST_HEARTBEAT, beat)]
         made = [
             can.Message(arbitration_id=number, data=data, is_extended_id=False, is_fd=self._fd, bitrate_switch=self._fd)
             for number, data in messages
@@ -270,7 +330,8 @@ class CanTransport:
 
     def _dispatch(self, number: int, data: bytes) -> None:
         if number == frames.STATUS and len(data) == 8:
-            self._status = frames.unpack_status(data)
+            status = frames.unpack_status(data)
+            self._status = status if self._takes(status) else self._status
         elif number == frames.HEALTH and len(data) == 8:
             self._pressure_pa = frames.unpack_health(data)[1]
         elif number == frames.RIG_HEARTBEAT and len(data) == 1:
@@ -282,14 +343,13 @@ class CanTransport:
                 self._sdo[answer.address] = answer
                 self._note_acknowledged(answer)
         elif number == frames.CAPTURE and self._fd:
-            self._append_captured(frames.unpack_capture_fd(data))
+            self._append_captured(frames.unpack_capture_fd(data, run_id=self._run_id))
         elif number == frames.CAPTURE and len(data) == 8:
-            self._half = (int.from_bytes(data[:2], "little"), data)
+            self._half = data
         elif number == frames.CAPTURE_B and self._half is not None and len(data) == 8:
-            sample = frames.unpack_capture(self._half[1], data, self._pressure_pa)
-            if sample is not None:
-                ahead = (sample[0] - self._next + 0x8000) % 0x10000 - 0x8000
-                self._append_captured((self._next + ahead, sample[1].reshape(1, 5)))
+            self._append_captured(
+                frames.unpack_capture(self._half, data, self._pressure_pa, run_id=self._run_id, following=self._next)
+            )
 
     def _note_acknowledged(self, answer: sdo.Sdo) -> None:
         """Note that the rig has an acknowledgement: later frames were sent after it."""

@@ -30,6 +30,14 @@ class RigState(Enum):
 SAFE_STATES = frozenset({RigState.INIT, RigState.DISABLED, RigState.HOLD, RigState.FAULT_DISABLED, RigState.FAULT_HOLD})
 
 
+class PressureStage(Enum):
+    """Supply pressure of the actuator."""
+
+    OFF = 0
+    LOW = 1  # for hands near the rig: little force, little speed, and motion only while somebody asks for it
+    HIGH = 2  # for a test
+
+
 class Control(IntFlag):
     """Bits of the control word."""
 
@@ -62,6 +70,7 @@ class Fault(IntFlag):
     CURRENT_LIMIT = 2048
     SENSOR = 4096
     SETPOINT = 8192
+    FOREIGN = 16384
 
 
 SENSORS = ("force", "displacement", "current", "temperature")
@@ -80,7 +89,7 @@ FAULT_TEXT = {
     Fault.HEARTBEAT: "the host's heartbeat was lost",
     Fault.POSITION_LIMIT: "the position limit was reached",
     Fault.VELOCITY_LIMIT: "the velocity limit was reached",
-    Fault.POSITION_JUMP: "a set-point jumped further than one sample allows",
+    Fault.POSITION_JUMP: "a set-point jumped further than the limits of velocity and acceleration allow in one sample",
     Fault.FORCE_LIMIT: "the force limit was reached",
     Fault.FOLLOWING_ERROR: "the actuator did not follow its set-point",
     Fault.TEMPERATURE: "the damper is too hot",
@@ -90,6 +99,7 @@ FAULT_TEXT = {
     Fault.CURRENT_LIMIT: "a current set-point lies outside its limits",
     Fault.SENSOR: "a sensor is stuck, saturated or broken",
     Fault.SETPOINT: "a set-point lies outside the position limits",
+    Fault.FOREIGN: "the controller reports a fault that its map does not name",
 }
 
 

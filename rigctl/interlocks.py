@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rigctl.errors import LimitError
 from rigctl.limits import Limits
+from rigctl.setpoint_check import all_bad, at_rest
 
 MARGIN = 0.02  # share of the range between the limits, or of the one limit: inside by this, an interlock is released
 CHANNELS = ("force", "displacement", "current", "temperature", "pressure")
@@ -20,27 +21,16 @@ CHANNELS = ("force", "displacement", "current", "temperature", "pressure")
 def check_waveform(
     displacement_m: NDArray[np.float64], current_a: NDArray[np.float64], sample_rate_hz: float, limits: Limits
 ) -> None:
-    """Refuse a waveform that leaves the limits anywhere, differences taken from sample to sample.
+    """Refuse a waveform, played from rest, that leaves the limits anywhere.
 
     Raises
     ------
     LimitError
         One line: which quantity, at which sample, its value, and the limit.
     """
-    velocity = np.diff(displacement_m) * sample_rate_hz
-    _within("displacement", displacement_m, limits.position_min_m, limits.position_max_m, "m")
-    _within("velocity", velocity, -limits.velocity_m_s, limits.velocity_m_s, "m/s")
-    _within("current", current_a, limits.current_min_a, limits.current_max_a, "A")
-
-
-def _within(name: str, values: NDArray[np.float64], low: float, high: float, unit: str) -> None:
-    bad = np.flatnonzero(~((values >= low) & (values <= high)))  # the negation catches NaN too
-    if bad.size:
-        worst = values[bad][np.argmax(np.abs(values[bad]))]
-        raise LimitError(
-            f"{name} leaves {low:g} … {high:g} {unit}: {values[bad[0]]:.6g} at sample {bad[0]}, "
-            f"{bad.size} samples in all, worst {worst:.6g}"
-        )
+    bad = all_bad(displacement_m, current_a, at_rest(float(displacement_m[0])), limits, sample_rate_hz)
+    if bad:
+        raise LimitError(str(bad[0]))
 
 
 FORM = "CHANNEL:LOW:HIGH:ACTION[:DELAY_S[:MARGIN[:RELEASE_S]]]"
@@ -147,6 +137,13 @@ class InterlockWatch:
         """After a hold every interlock may trip again."""
         self._lasting = [0] * len(self._interlocks)
         self._resting = [False] * len(self._interlocks)
+
+
+def check_measured(interlocks: Sequence[Interlock], unmeasured: Sequence[str]) -> None:
+    """Raise LimitError where an interlock is on a channel that the rig does not measure: it would never act."""
+    for one in interlocks:
+        if one.channel in unmeasured:
+            raise LimitError(f"interlock {one}: the rig does not measure {one.channel}: take the interlock out")
 
 
 class HoldWatch:

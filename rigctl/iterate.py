@@ -8,77 +8,111 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation.atomic import written_whole
-from excitation.errors import ExcitationFileError
-from excitation.hdf5 import write_hdf5
 from excitation.plan import Test
 from excitation.signal import JSON, Excitation
-from rigctl.drive import (
-    IterationSettings,
-    Response,
-    corrected,
-    frequency_response,
-    inverse,
-    natural_bandwidth_hz,
-    relative_error,
-)
-from rigctl.errors import IterationError, LimitError
-from rigctl.runfile import read_run
+from rigctl.blocks import Blocks, blocks_of
+from rigctl.drive import IterationSettings, correction, natural_bandwidth_hz, relative_error, roll_off
+from rigctl.errors import IterationError, LimitError, NotFollowing
+from rigctl.estimate import Estimate, Records
+from rigctl.limits import Limits
+from rigctl.response import Response
+from rigctl.runfile import Run, read_run
 
-__all__ = ["Iterated", "Outcome", "Step", "iterate", "write_drive"]
+__all__ = ["Channel", "Iterated", "Outcome", "Step", "iterate"]
 
 SMALLEST_GAIN = 1 / 32  # of the gain that was asked for: with less there is no useful correction
+# Error of round 0 above which nothing is corrected. A channel that lags its command by 60° everywhere has an error of
+# 1, one that is measured with the wrong sign 2: at 1 a fast target would be refused, at 3 a wrong sign be played.
+MOST_ERROR = 1.5
+# A round that is so many times worse than round 0, and worse than that share of the target, ends the iteration at once:
+# a changed specimen makes less, a jammed valve or a loose sensor makes 0.5 … 1. At half a stiffer specimen is refused,
+# at double a jammed valve is played against for another round.
+RUNAWAY_TIMES = 3.0
+RUNAWAY_SHARE = 0.3
+WORSE_IN_A_ROW = 2  # rounds: one may be a specimen that changed once; the second had half the gain or a new estimate
+
+
+class Channel(StrEnum):
+    """A channel that the rig drives and measures."""
+
+    MOTION = "displacement"
+    CURRENT = "current"
+
+
+OTHERWISE = {Channel.MOTION: "", Channel.CURRENT: ", or iterate the motion only"}
 
 
 class Outcome(StrEnum):
     """How an iteration ended."""
 
+    UNFINISHED = "unfinished"
     CONVERGED = "converged"
     MOST = "not converged in the iterations allowed"
+    NO_GAIN = "not converged: a further round would gain less than rounds of one drive differ by"
+    DIVERGED = "diverged: two rounds in a row made the error larger"
+    RUNAWAY = "the rig no longer follows: the error is several times that of round 0"
     LIMITS = "no correction fits the limits"
     STOPPED = "stopped"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Step:
-    """One run of an iteration; step 0 is the plain command."""
+    """One round of an iteration; round 0 plays the plain command, or a stored drive."""
 
     run: Path
-    drive_m: NDArray[np.float64]  # (N,)
-    measured_m: NDArray[np.float64]  # (N,)
-    error: float  # rms over rms of the target, where the motion is steady
-    gain: float  # of the correction of the best step before; 0 for the plain command
+    drive: NDArray[np.float64]  # (N, C): m and A
+    measured: NDArray[np.float64]  # (N, C)
+    errors: tuple[float, ...]  # of each channel: rms over rms of the target, where the motion is steady
+    expected: tuple[float, ...] | None  # the errors that its correction was to leave; None for round 0
+    gain: float  # of its correction; 0 for round 0
+
+    @property
+    def error(self) -> float:
+        """Root mean square of the channels' errors."""
+        return float(np.sqrt(np.mean(np.square(self.errors))))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Iterated:
-    """The steps of an iteration and how it ended."""
+    """The rounds of an iteration and how it ended."""
 
     target: Excitation
+    channels: tuple[Channel, ...]
     steps: tuple[Step, ...]
+    drifts: tuple[float, ...]  # of each step: rms by which the channels have changed since, beyond what steps explain
     outcome: Outcome
     settings: IterationSettings
-    bandwidth_hz: float
+    bandwidth_hz: tuple[float, ...]
+    repeatability: tuple[float, ...]  # of each channel, relative: rms by which two rounds of one drive differ
     response: Response
+    rig: str  # vendor, model and serial
 
     @property
     def best(self) -> Step:
-        return min(self.steps, key=lambda step: step.error)
+        """The step whose drive is expected to make the smallest error now, on a rig that still follows."""
+        drifts = (0.0,) * len(self.steps) if self.outcome is Outcome.RUNAWAY else self.drifts
+        return self.steps[_least(self.steps, drifts)]
 
     @property
     def drive(self) -> Excitation:
         """The drive of the best step, as an excitation whose design states its origin."""
         figures: Mapping[str, JSON] = {
-            "iteration_errors": [step.error for step in self.steps],
+            "iteration_channels": [str(channel) for channel in self.channels],
+            "iteration_errors": [list(step.errors) for step in self.steps],
             "iteration_outcome": str(self.outcome),
-            "iteration_bandwidth": self.bandwidth_hz,
+            "iteration_bandwidth": list(self.bandwidth_hz),
+            "iteration_repeatability": list(self.repeatability),
+            "iteration_rig": self.rig,
         }
         design: Mapping[str, JSON] = {"drive_for": self.target.design}
-        return replace(self.target, displacement_m=self.best.drive_m, design=design, figures=figures)
+        return replace(_played(self.target, self.channels, self.best.drive), design=design, figures=figures)
+
+    def within(self, step: Step) -> bool:
+        """Whether every channel of a step is within the tolerance."""
+        return max(step.errors) <= self.settings.tolerance
 
 
 def iterate(
@@ -86,22 +120,32 @@ def iterate(
     test: Test,
     *,
     settings: IterationSettings | None = None,
-    on_step: Callable[[Step], None] = lambda step: None,
+    start: Excitation | None = None,
+    limits: Limits | None = None,
+    on_step: Callable[[Iterated], None] = lambda so_far: None,
 ) -> Iterated:
-    """Iterate the drive of a test until its measured displacement is the wanted one.
+    """Iterate the drive of a test until what is measured is what is wanted, in motion and current.
 
-    `play` plays a test and returns its run file (:func:`rigctl.player.play` with everything else filled in). Every
-    drive is checked against the limits before it moves anything; one that exceeds them is made again with less gain.
+    A channel whose target is constant is played as it is. Every drive is checked against the limits before it moves
+    anything; one that exceeds them is made again with less gain.
+
+    Parameters
+    ----------
+    play : plays a test and returns its run file (:func:`rigctl.player.play` with everything else filled in)
+    start : the drive of round 0, for example a stored one; default: the plain command
+    limits : of the machine; the current's correction is cut off there, where a target may lie on the limit
+    on_step : told after every round, with all rounds until then
 
     Raises
     ------
     IterationError
-        When the target does not move, or the plain command was stopped.
+        When the target does not move, the stored drive is of another size, or round 0 was stopped.
+    NotFollowing
+        When a channel hardly follows its command in round 0.
     RigError
-        As `play` does.
+        As `play` does; what `on_step` was told last is the state until then.
     """
-    iteration = _Iteration(play, test, settings or IterationSettings(), on_step)
-    return iteration.run()
+    return _Iteration(play, test, settings or IterationSettings(), start, limits, on_step).run()
 
 
 class _Iteration:
@@ -110,106 +154,197 @@ class _Iteration:
         play: Callable[[Test], str | os.PathLike[str]],
         test: Test,
         settings: IterationSettings,
-        on_step: Callable[[Step], None],
+        start: Excitation | None,
+        limits: Limits | None,
+        on_step: Callable[[Iterated], None],
     ) -> None:
         self._play, self._test, self._settings, self._on_step = play, test, settings, on_step
-        target = test.excitation
-        if np.ptp(target.displacement_m) == 0:
-            raise IterationError(f"test {test.name!r}: the displacement is constant, there is nothing to iterate")
-        self._target = target.displacement_m
-        self._period = target.period_samples if target.samples >= 2 * target.period_samples else 0
-        block = self._block(self._target)
-        self._bandwidth_hz = settings.bandwidth_hz or natural_bandwidth_hz(block, target.sample_rate_hz)
+        excitation = test.excitation
+        self._channels = moving_channels(excitation, motion_only=settings.motion_only)
+        if not self._channels:
+            raise IterationError(f"test {test.name!r}: the target is constant, there is nothing to iterate")
+        if test.before:
+            raise IterationError(
+                f"test {test.name!r} has steps before it, which an iteration does not do: take them out"
+            )
+        self._target = _values(excitation, self._channels)
+        self._start = self._target if start is None else _values(start, self._channels)
+        if self._start.shape != self._target.shape:
+            raise IterationError(f"test {test.name!r}: the drive to start from is of another size than the target")
+        self._scale = self._target.std(axis=0)
+        self._limits = limits
+        count = len(self._channels)
+        rate = excitation.sample_rate_hz
+        self._blocks: Blocks = blocks_of(excitation.samples, excitation.period_samples, rate, count)
+        band = [
+            settings.bandwidth_hz or natural_bandwidth_hz(column, rate) for column in self._blocks.block(self._target).T
+        ]
+        self._bandwidth_hz = np.array(band)
+        self._roll = roll_off(self._blocks.lines.frequency_hz, self._bandwidth_hz)
+        self._estimate = Estimate(self._blocks, self._bandwidth_hz)
         self._steps: list[Step] = []
+        self._rig = ""
 
     def run(self) -> Iterated:
-        first = self._step(self._target.copy(), 0.0)
-        if first is None:
-            raise IterationError(
-                f"test {self._test.name!r}: stopped in the plain command, before the response was measured"
-            )
-        rate = self._test.excitation.sample_rate_hz
-        response = frequency_response(
-            self._block(first.drive_m), self._block(first.measured_m), rate, periodic=bool(self._period)
-        )
-        outcome = self._improve(inverse(response, self._settings, self._bandwidth_hz))
-        return Iterated(
-            target=self._test.excitation,
-            steps=tuple(self._steps),
-            outcome=outcome,
-            settings=self._settings,
-            bandwidth_hz=self._bandwidth_hz,
-            response=response,
-        )
+        if self._round(self._start.copy(), 0.0, None) is None:
+            raise IterationError(f"test {self._test.name!r}: stopped in round 0, before the response was measured")
+        for channel, error in zip(self._channels, self._steps[0].errors, strict=True):
+            if error > MOST_ERROR:
+                raise NotFollowing(
+                    f"test {self._test.name!r}: in round 0 the measured {channel} differs from its target by "
+                    f"{100 * error:.0f} % rms: check sign, scale and zero of its sensor{OTHERWISE[channel]}"
+                )
+        return self._so_far(self._improve())
 
-    def _improve(self, inverted: NDArray[np.complex128]) -> Outcome:
-        gain = self._settings.gain
-        while self._best.error > self._settings.tolerance:
+    def _improve(self) -> Outcome:
+        gain, worse = self._settings.gain, 0
+        while True:
+            base = self._base
+            before = self._steps[base]
+            if max(before.errors) <= self._settings.tolerance:
+                return Outcome.CONVERGED
             if len(self._steps) > self._settings.most:
                 return Outcome.MOST
             if gain < SMALLEST_GAIN * self._settings.gain:
                 return Outcome.LIMITS
-            before = self._best
+            drive = self._corrected(base, gain)
+            if not self._pays(base, drive):
+                return Outcome.NO_GAIN
             try:
-                step = self._step(self._corrected(before, inverted, gain), gain)
+                step = self._round(drive, gain, base)
             except LimitError:
                 gain /= 2  # nothing has moved
                 continue
             if step is None:
                 return Outcome.STOPPED
-            if step.error >= before.error:
-                gain /= 2  # again from the best one, with a smaller correction
-        return Outcome.CONVERGED
+            if self._ran_away(step):
+                return Outcome.RUNAWAY
+            worse = worse + 1 if self._is_worse(step, self._steps[-2]) else 0
+            if worse == WORSE_IN_A_ROW:
+                return Outcome.DIVERGED
+            if self._base != len(self._steps) - 1:
+                gain /= 2  # again from the better one, with a smaller correction
 
     @property
-    def _best(self) -> Step:
-        return min(self._steps, key=lambda step: step.error)
+    def _base(self) -> int:
+        return _least(tuple(self._steps), self._estimate.drifts)
 
-    def _step(self, drive_m: NDArray[np.float64], gain: float) -> Step | None:
-        """Play a drive; None where the run was stopped."""
-        number = len(self._steps)
-        excitation = replace(
-            self._test.excitation, displacement_m=drive_m, design={"drive_for": self._test.excitation.design}
+    def _is_worse(self, step: Step, before: Step) -> bool:
+        """Whether an error is larger by more than the noise of the records."""
+        noise = float(np.mean(self._estimate.history.noise[-1]))
+        return step.error**2 > before.error**2 + noise
+
+    def _ran_away(self, step: Step) -> bool:
+        first = self._steps[0]
+        pairs = zip(step.errors, first.errors, strict=True)
+        return any(error > max(RUNAWAY_TIMES * before, RUNAWAY_SHARE) for error, before in pairs)
+
+    def _pays(self, base: int, drive: NDArray[np.float64]) -> bool:
+        """Whether a channel that is not within the tolerance gains more than rounds of one drive differ by."""
+        removable = self._estimate.removable(base, self._relative(drive))
+        return any(
+            error > self._settings.tolerance and self._estimate.history.pays(channel, float(removable[channel]))
+            for channel, error in enumerate(self._steps[base].errors)
         )
-        name = f"{self._test.name} iteration {number}"
+
+    def _round(self, drive: NDArray[np.float64], gain: float, base: int | None) -> Step | None:
+        """Play a drive; None where the run was stopped."""
+        excitation = replace(
+            _played(self._test.excitation, self._channels, drive), design={"drive_for": self._test.excitation.design}
+        )
+        expected = None if base is None else self._expected(base, drive)
+        name = f"{self._test.name} iteration {len(self._steps)}"
         path = Path(self._play(replace(self._test, name=name, excitation=excitation)))
         run = read_run(path)
         if run.status != "complete":
             return None
-        measured, skip = run.channels["displacement"], self._period
+        measured = self._measured(run)
+        steady = self._blocks.steady
+        pairs = zip(measured[steady].T, self._target[steady].T, strict=True)
+        self._rig = run.rig.split(" at ")[0]
         step = Step(
             run=path,
-            drive_m=drive_m,
-            measured_m=measured,
-            error=relative_error(measured[skip:], self._target[skip:]),
+            drive=drive,
+            measured=measured,
+            errors=tuple(relative_error(one, wanted) for one, wanted in pairs),
+            expected=expected,
             gain=gain,
         )
         self._steps.append(step)
-        self._on_step(step)
+        records = Records(*(self._relative(values) for values in (drive, measured, self._target - measured)))
+        self._estimate.add(records, base)
+        self._on_step(self._so_far(Outcome.UNFINISHED))
         return step
 
-    def _corrected(self, before: Step, inverted: NDArray[np.complex128], gain: float) -> NDArray[np.float64]:
-        error = self._block(self._target) - self._block(before.measured_m)
-        block = corrected(self._block(before.drive_m), error, inverted, gain)
-        return np.resize(block, self._target.size)  # repeats it: period after period
+    def _measured(self, run: Run) -> NDArray[np.float64]:
+        missing = [channel for channel in self._channels if channel not in run.channels]
+        if missing:
+            raise IterationError(f"{run.path}: the rig measures no {missing[0]}: there is nothing to iterate it with")
+        return np.stack([run.channels[channel] for channel in self._channels], axis=1)
 
-    def _block(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the block for the DFT: the mean of the steady periods, or the whole record."""
-        if not self._period:
-            return values
-        whole = values.size // self._period * self._period
-        mean: NDArray[np.float64] = values[self._period : whole].reshape(-1, self._period).mean(axis=0)
-        return mean
+    def _expected(self, base: int, drive: NDArray[np.float64]) -> tuple[float, ...]:
+        removable = self._estimate.removable(base, self._relative(drive))
+        left = np.square(self._steps[base].errors) - removable
+        return tuple(float(value) for value in np.sqrt(np.maximum(left, 0.0)))
+
+    def _corrected(self, base: int, gain: float) -> NDArray[np.float64]:
+        """The drive of a step and a share of its correction; the current within its limits."""
+        error = self._estimate.errors[base].error
+        step = correction(self._estimate.response, error, self._settings.regularisation, self._roll)
+        drive: NDArray[np.float64] = self._steps[base].drive + gain * self._blocks.record(step) * self._scale
+        if self._limits is not None and Channel.CURRENT in self._channels:
+            column = drive[:, self._channels.index(Channel.CURRENT)]
+            np.clip(column, self._limits.current_min_a, self._limits.current_max_a, out=column)
+        return drive
+
+    def _relative(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(values / self._scale, dtype=np.float64)
+
+    def _so_far(self, outcome: Outcome) -> Iterated:
+        history, count = self._estimate.history, len(self._channels)
+        return Iterated(
+            target=self._test.excitation,
+            channels=self._channels,
+            steps=tuple(self._steps),
+            drifts=self._estimate.drifts,
+            outcome=outcome,
+            settings=self._settings,
+            bandwidth_hz=tuple(float(value) for value in self._bandwidth_hz),
+            repeatability=tuple(float(np.sqrt(history.repeatability(channel))) for channel in range(count)),
+            response=self._estimate.response,
+            rig=self._rig,
+        )
 
 
-def write_drive(path: Path, iterated: Iterated) -> None:
-    """Store the iterated drive as an excitation file, its target beside it in channel ``displacement_target``.
+def moving_channels(excitation: Excitation, *, motion_only: bool = False) -> tuple[Channel, ...]:
+    """Channels whose target is not constant."""
+    found = [Channel.MOTION] if np.ptp(excitation.displacement_m) > 0 else []
+    if not motion_only and excitation.current_a is not None and np.ptp(excitation.current_a) > 0:
+        found.append(Channel.CURRENT)
+    return tuple(found)
 
-    Raises ExcitationFileError where the place cannot be written.
-    """
-    with written_whole(path, ExcitationFileError) as temporary:
-        write_hdf5(temporary, iterated.drive)
-        with h5py.File(temporary, "r+") as file:
-            target = file.create_dataset("channels/displacement_target", data=iterated.target.displacement_m)
-            target.attrs["unit"] = "m"
-            target.attrs["description"] = "the motion that the drive makes"
+
+def _values(excitation: Excitation, channels: tuple[Channel, ...]) -> NDArray[np.float64]:
+    """Set-points of the channels, (N, C)."""
+    columns = {Channel.MOTION: excitation.displacement_m, Channel.CURRENT: excitation.current_a}
+    found = [values for channel in channels if (values := columns[channel]) is not None]
+    if len(found) < len(channels):
+        raise IterationError("the drive to start from has no current, and the target has one")
+    return np.stack(found, axis=1)
+
+
+def _played(excitation: Excitation, channels: tuple[Channel, ...], drive: NDArray[np.float64]) -> Excitation:
+    """The excitation with the channels replaced by a drive."""
+    motion, current = excitation.displacement_m, excitation.current_a
+    for column, channel in zip(drive.T, channels, strict=True):
+        if channel is Channel.MOTION:
+            motion = column
+        else:
+            current = column
+    return replace(excitation, displacement_m=motion, current_a=current)
+
+
+def _least(steps: tuple[Step, ...], drifts: tuple[float, ...]) -> int:
+    """Number of the step with the smallest error expected now: what was measured, and what has drifted since."""
+    expected = [step.error**2 + drift**2 for step, drift in zip(steps, drifts, strict=True)]
+    return len(expected) - 1 - int(np.argmin(expected[::-1]))

@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from math import isfinite
+from typing import Any, ClassVar, Final
 
+from excitation.configuration import STRICT
+from rigctl.device import PressureStage
 from rigctl.errors import LimitError
+
+JOG_S: Final = 0.25
+"""How long a request to jog lasts: the piston comes to rest unless it is renewed. Renewals come at least every 0.1 s,
+so one may be lost. At 10 mm/s the piston goes on by 2.5 mm at most; with half of it a busy computer makes it stutter,
+with double it goes on twice as far after the hand has let go."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
     """Limits of position, motion, force, current and temperature."""
 
+    __pydantic_config__: ClassVar[dict[str, Any]] = STRICT
+
     position_min_m: float = -0.08
     position_max_m: float = 0.08
     velocity_m_s: float = 2.0
-    acceleration_m_s2: float = 60.0  # of the rig's own movements: travel, stop
+    acceleration_m_s2: float = 60.0  # of set-points, and of the rig's own movements: travel, stop
     force_n: float = 25e3
     current_min_a: float = 0.0
     current_max_a: float = 2.0
@@ -49,6 +59,26 @@ def tighter(a: Limits, b: Limits) -> Limits:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LowPressure:
+    """What the rig keeps to at low pressure, for hands near it."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = STRICT
+
+    velocity_m_s: float
+    force_n: float
+
+    def __post_init__(self) -> None:
+        for name in ("velocity_m_s", "force_n"):
+            value = getattr(self, name)
+            if not (isfinite(value) and value > 0):
+                raise LimitError(f"low pressure: {name} is {value}: it must be positive")
+
+    def within(self, limits: Limits) -> Limits:
+        """The limits, made tighter by those of low pressure."""
+        return tighter(limits, replace(limits, velocity_m_s=self.velocity_m_s, force_n=self.force_n))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Configuration:
     """The configuration of a run, written while the rig is disabled."""
 
@@ -58,8 +88,11 @@ class Configuration:
     high_water_samples: int = 3072
     heartbeat_s: float = 0.5  # the rig stops when the host is silent for longer
     limits: Limits = Limits()
+    stage: PressureStage = PressureStage.HIGH  # of the power that HOLD switches on
 
     def __post_init__(self) -> None:
+        if self.stage is PressureStage.OFF:
+            raise LimitError("stage is OFF: it must be LOW or HIGH")
         if not (isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
             raise LimitError(f"sample_rate is {self.sample_rate_hz} Hz: it must be positive")
         if not 0 < self.prefill_samples <= self.high_water_samples:

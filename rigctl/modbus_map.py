@@ -1,4 +1,4 @@
-"""The register map, version 1: one table for both sides of the wire.
+"""The register map, version 3: one table for both sides of the wire.
 
 32-bit values have the high word first. Input registers (FC04) report, holding registers (FC03/06/16/23) command.
 Every scaling comes from :mod:`rigctl.scaling`.
@@ -15,12 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigctl import scaling
+from rigctl.device import PressureStage
+from rigctl.errors import LimitError
 from rigctl.limits import Configuration, Limits
 from rigctl.packing import from_counts, to_counts
-from rigctl.transport import CaptureBlock, SetpointBlock
+from rigctl.session import nearest
+from rigctl.transport import SEQUENCES, CaptureBlock, SetpointBlock
 
 MAGIC: Final = 0x4452  # "DR"
-MAP_VERSION: Final = 1
+MAP_VERSION: Final = 3
 UNIT: Final = 1
 
 Value: TypeAlias = float | str
@@ -132,6 +135,10 @@ STATUS: Final = Block(
         Register(name="command_refused", address=0x27),  # the last command that had no effect
         Register(name="standing", address=0x28),  # faults whose cause persists: a reset has no effect
         Register(name="detector", address=0x29),  # the detector that acted first; 0: none
+        Register(name="session", address=0x2A),  # of the host that commands the rig; 0: nobody
+        Register(name="nonce", address=0x2B, type="u32"),  # of the claim that began the session
+        Register(name="foreign", address=0x2D),  # commands refused: of another session, old, or too far ahead
+        Register(name="pressure_stage", address=0x2E),  # 0: off, 1: low, 2: high
     ),
 )
 COUNTERS: Final = Block(
@@ -163,27 +170,51 @@ ACTUALS: Final = Block(
         Register(name="pressure_pa", address=0x68, type="i32", scale=scaling.PRESSURE_PA),
     ),
 )
-MACHINE_LIMITS: Final = Block(address=0x0080, count=0x20, registers=_limits(0x80))
+MACHINE_LIMITS: Final = Block(
+    address=0x0080,
+    count=0x20,
+    registers=(
+        *_limits(0x80),
+        Register(name="low_velocity_m_s", address=0x90, type="u32", scale=scaling.VELOCITY_M_S),  # 0: no low pressure
+        Register(name="low_force_n", address=0x92, type="u32", scale=scaling.FORCE_N),
+    ),
+)
 CONTROL: Final = Block(
     address=0x0100,
     count=0x0A,
     writable=True,
     registers=(
         Register(name="control", address=0x100),
-        Register(name="run_id", address=0x101),
-        Register(name="heartbeat", address=0x102),
-        Register(name="command", address=0x103),  # changes with every command; the rig acknowledges it
-        Register(name="reset_key", address=0x104),
-        Register(name="mode", address=0x105),
+        Register(name="session", address=0x101),  # 0 with DISABLE: a stop, obeyed from anybody
+        Register(name="run_id", address=0x102),
+        Register(name="command", address=0x103),  # higher with every command; the rig acknowledges it
+        Register(name="mode", address=0x104),
+        Register(name="reset_key", address=0x105),
         Register(name="direct_displacement_m", address=0x106, type="i32", scale=scaling.DISPLACEMENT_M),
         Register(name="direct_current_a", address=0x108, type="i32", scale=scaling.CURRENT_A),
     ),
 )
-HEARTBEAT_ADDRESS: Final = 0x102
+LEASE: Final = Block(  # written by the master, at least as often as the watchdog asks for
+    address=0x0110,
+    count=2,
+    writable=True,
+    registers=(Register(name="session", address=0x110), Register(name="heartbeat", address=0x111)),
+)
+CLAIM: Final = Block(
+    address=0x0112, count=2, writable=True, registers=(Register(name="nonce", address=0x112, type="u32"),)
+)
+RELEASE: Final = Block(
+    address=0x0114,
+    count=2,
+    writable=True,
+    registers=(Register(name="session", address=0x114), Register(name="command", address=0x115)),
+)
+COMMAND_BLOCKS: Final = (CONTROL, LEASE, CLAIM, RELEASE)
 CAPTURED_ADDRESS: Final = 0x202
 RESET_KEY: Final = 0x5253
 MODE_PROGRAM: Final = 0
 MODE_DIRECT: Final = 1
+MODE_JOG: Final = 2
 CONFIGURATION: Final = Block(
     address=0x0120,
     count=0x20,
@@ -195,25 +226,39 @@ CONFIGURATION: Final = Block(
         Register(name="high_water_samples", address=0x124),
         Register(name="heartbeat_s", address=0x125, scale=scaling.TIME_S),
         *_limits(0x128),
+        Register(name="pressure_stage", address=0x137),  # that HOLD switches on: 1: low, 2: high
+        Register(name="session", address=0x13E),
+        Register(name="command", address=0x13F),
     ),
 )
 INPUT_BLOCKS: Final = (IDENTITY, STATUS, COUNTERS, ACTUALS, MACHINE_LIMITS)
 
 
-def configuration_values(configuration: Configuration) -> dict[str, Value]:
-    """Flatten a configuration into the names of its registers."""
-    own = {f.name: getattr(configuration, f.name) for f in fields(configuration) if f.name != "limits"}
-    return {**own, **asdict(configuration.limits)}
+def configuration_values(configuration: Configuration, *, session: int = 0, command: int = 0) -> dict[str, Value]:
+    """Flatten a configuration, and the command that writes it, into the names of its registers."""
+    own = {f.name: getattr(configuration, f.name) for f in fields(configuration) if f.name not in ("limits", "stage")}
+    stage = {"pressure_stage": configuration.stage.value}
+    return {**own, **stage, **asdict(configuration.limits), "session": session, "command": command}
+
+
+def differing(kept: Sequence[int], written: Sequence[int]) -> list[str]:
+    """Names of what a rig keeps other than it was written; whose command wrote it is not kept."""
+    one, other = CONFIGURATION.decode(kept), CONFIGURATION.decode(written)
+    return [name for name, value in one.items() if name not in ("session", "command") and value != other[name]]
 
 
 def configuration_from(values: dict[str, Value]) -> Configuration:
     """Make a configuration of decoded registers; LimitError where it contradicts itself."""
     numbers = {name: float(value) for name, value in values.items()}
     counts = {name: int(numbers[name]) for name in ("prefill_samples", "low_water_samples", "high_water_samples")}
+    stage = int(numbers["pressure_stage"])
+    if stage not in (PressureStage.LOW.value, PressureStage.HIGH.value):
+        raise LimitError(f"pressure_stage is {stage}: it must be 1 (low) or 2 (high)")
     return Configuration(
         sample_rate_hz=numbers["sample_rate_hz"],
         heartbeat_s=numbers["heartbeat_s"],
         limits=Limits(**{f.name: numbers[f.name] for f in fields(Limits)}),
+        stage=PressureStage(stage),
         **counts,
     )
 
@@ -234,23 +279,24 @@ CAPTURE_SAMPLES: Final = 16  # 7 words each: FC23 reads at most 125 words
 
 WRITE_HEADER: Final = Block(
     address=0x0200,
-    count=9,
+    count=10,
     writable=True,
     registers=(
         Register(name="sequence", address=0x200),
         Register(name="samples", address=0x201),
         Register(name="captured", address=0x202, type="u32"),
         Register(name="run_id", address=0x204),
-        Register(name="heartbeat", address=0x205),
-        Register(name="flags", address=0x206),
-        Register(name="crc", address=0x207, type="u32"),
+        Register(name="session", address=0x205),
+        Register(name="heartbeat", address=0x206),
+        Register(name="flags", address=0x207),
+        Register(name="crc", address=0x208, type="u32"),
     ),
 )
 WRITE_COUNT: Final = WRITE_HEADER.count + 3 * BLOCK_SAMPLES
 END_OF_STREAM: Final = 1
 READ_HEADER: Final = Block(
     address=0x0300,
-    count=12,
+    count=13,
     registers=(
         Register(name="state", address=0x300),
         Register(name="faults", address=0x301),
@@ -260,7 +306,8 @@ READ_HEADER: Final = Block(
         Register(name="first_index", address=0x306, type="u32"),
         Register(name="samples", address=0x308),  # see below
         Register(name="run_id", address=0x309),
-        Register(name="crc", address=0x30A, type="u32"),
+        Register(name="session", address=0x30A),
+        Register(name="crc", address=0x30B, type="u32"),
     ),
 )
 SAMPLES: Final = 0x00FF  # of the word `samples`: the count
@@ -283,39 +330,42 @@ def crc32(words: Sequence[int]) -> int:
     return zlib.crc32(np.array(words, dtype=">u2").tobytes())
 
 
-def _with_crc(block: Block, values: Mapping[str, Value], body: list[int]) -> list[int]:
+def _with_crc(block: Block, values: Mapping[str, Value], body: list[int], turn: Sequence[int] = ()) -> list[int]:
     head = block.encode({**values, "crc": 0})
-    head[-2:] = divmod(crc32(head + body), 1 << 16)
+    head[-2:] = divmod(crc32([*head, *body, *turn]), 1 << 16)
     return head + body
 
 
-def _checked(block: Block, words: Sequence[int], words_per_sample: int) -> tuple[dict[str, Value], list[int]] | None:
+def _checked(
+    block: Block, words: Sequence[int], words_per_sample: int, turn: Sequence[int] = ()
+) -> tuple[dict[str, Value], list[int]] | None:
     """Decode a window into header and samples; None where the CRC or the count is wrong."""
     head = block.decode(words[: block.count])
     count = int(head["samples"]) & SAMPLES
     body = list(words[block.count : block.count + count * words_per_sample])
     if len(body) != count * words_per_sample:
         return None
-    if crc32([*words[: block.count - 2], 0, 0, *body]) != head["crc"]:
+    if crc32([*words[: block.count - 2], 0, 0, *body, *turn]) != head["crc"]:
         return None
     return head, body
 
 
-def encode_write(block: SetpointBlock | None, run_id: int, captured: int, heartbeat: int) -> list[int]:
+def encode_write(block: SetpointBlock | None, run_id: int, captured: int, *, session: int, heartbeat: int) -> list[int]:
     """Words of the write window: one block of set-points (or none) and the number of samples captured so far."""
-    samples = 0 if block is None else block.samples
+    samples, number = (0, 0) if block is None else (block.samples, block.sequence)
     body: list[int] = []
     if block is not None:
         body = _to_words(np.column_stack([block.displacement_m, block.current_a]), _SETPOINT, scaling.SETPOINT)
     values: dict[str, Value] = {
-        "sequence": 0 if block is None else block.sequence,
+        "sequence": number % SEQUENCES,
         "samples": samples,
         "captured": captured,
         "run_id": run_id,
+        "session": session,
         "heartbeat": heartbeat,
         "flags": END_OF_STREAM if block is not None and block.end_of_stream else 0,
     }
-    return _with_crc(WRITE_HEADER, values, body)
+    return _with_crc(WRITE_HEADER, values, body, _turn(number))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -323,14 +373,21 @@ class WriteWindow:
     """The decoded write window."""
 
     run_id: int
+    session: int
     captured: int
     heartbeat: int
     block: SetpointBlock | None
 
 
-def decode_write(words: Sequence[int]) -> WriteWindow | None:
-    """Read the write window; None where it is damaged."""
-    opened = _checked(WRITE_HEADER, words, 3)
+def _turn(number: int) -> tuple[int]:
+    """The part of a block's number that does not travel: the check covers it too."""
+    return (number // SEQUENCES & 0xFFFF,)
+
+
+def decode_write(words: Sequence[int], *, following: int) -> WriteWindow | None:
+    """Read the write window; None where it is damaged. The block's number is the one nearest to `following`."""
+    number = nearest(words[0], following, SEQUENCES) if words[1] & SAMPLES else 0
+    opened = _checked(WRITE_HEADER, words, 3, _turn(number))
     if opened is None:
         return None
     head, body = opened
@@ -339,13 +396,14 @@ def decode_write(words: Sequence[int]) -> WriteWindow | None:
         values = _from_words(body, _SETPOINT, scaling.SETPOINT)
         block = SetpointBlock(
             run_id=int(head["run_id"]),
-            sequence=int(head["sequence"]),
+            sequence=number,
             displacement_m=values[:, 0],
             current_a=values[:, 1],
             end_of_stream=bool(int(head["flags"]) & END_OF_STREAM),
         )
     return WriteWindow(
         run_id=int(head["run_id"]),
+        session=int(head["session"]),
         captured=int(head["captured"]),
         heartbeat=int(head["heartbeat"]),
         block=block,

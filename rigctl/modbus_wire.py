@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import secrets
 from collections.abc import Callable
 
 from pymodbus import ModbusException
@@ -15,6 +16,7 @@ from rigctl.device import Control, Fault, RigState
 from rigctl.errors import IdentityError, RequestDenied, TransportError, TransportTimeout
 from rigctl.limits import Configuration
 from rigctl.registers import check_identity, identity_from, status_from
+from rigctl.session import NOBODY, Session
 from rigctl.transport import HEARTBEATS, Identity, Reply, SetpointBlock, Status
 
 # A refusal of the rig itself, as opposed to a failure of the wire.
@@ -34,8 +36,12 @@ class ModbusTransport:
         self.url = f"modbus://{host}:{port}"
         self._clock = clock or SystemClock()
         self._client = client or ModbusTcpClient(host, port=port, retries=0, timeout=1.0)
-        self._heartbeat = 0
-        self._command = 0
+        self._session = Session()
+        self._nonce = secrets.randbits(32)
+
+    @property
+    def session(self) -> int:
+        return self._session.number
 
     def identify(self, deadline_s: float) -> Identity:
         ends = self._clock.now() + deadline_s
@@ -48,21 +54,47 @@ class ModbusTransport:
 
     def configure(self, configuration: Configuration, deadline_s: float) -> None:
         ends = self._clock.now() + deadline_s
-        block = table.CONFIGURATION
-        words = block.encode(table.configuration_values(configuration))
-        self._call(ends, lambda c: c.write_registers(block.address, words, device_id=table.UNIT))
+        block, own = table.CONFIGURATION, self._session
+        values = table.configuration_values(configuration, session=own.number, command=own.next_command())
+        words = block.encode(values)
+        self._write(block, words, ends)
         kept = self._call(
             ends, lambda c: c.read_holding_registers(block.address, count=block.count, device_id=table.UNIT)
         )
-        if kept != words:
-            wrong = [name for name, value in block.decode(kept).items() if value != block.decode(words)[name]]
+        wrong = table.differing(kept, words)
+        if wrong:
             raise IdentityError(f"{self.url}: the rig did not keep its configuration: {', '.join(wrong)}")
+
+    def claim(self, deadline_s: float) -> int:
+        ends = self._clock.now() + deadline_s
+        nonce = table.CLAIM.encode({"nonce": self._nonce})
+        self._write(table.CLAIM, nonce, ends)
+        status, values = self._read_status(ends)
+        if values["nonce"] != self._nonce or status.session == NOBODY:
+            raise TransportError(f"{self.url}: the rig has given the session to another host")
+        if status.session != self._session.number:
+            self._session = Session(number=status.session)
+        return status.session
+
+    def release(self, deadline_s: float) -> None:
+        ends = self._clock.now() + deadline_s
+        own, self._nonce = self._session, secrets.randbits(32)
+        if own.claimed:
+            try:
+                self._write(table.RELEASE, [own.number, own.next_command()], ends)
+            except RequestDenied:
+                if self._read_status(ends)[0].session == own.number:
+                    raise
+            self._session = Session()
 
     def command(self, control: Control, run_id: int, deadline_s: float) -> Status:
         return self._control(control, run_id, table.MODE_PROGRAM, 0.0, 0.0, deadline_s)
 
     def direct(self, displacement_m: float, current_a: float, deadline_s: float) -> Status:
         return self._control(Control.HOLD, 0, table.MODE_DIRECT, displacement_m, current_a, deadline_s)
+
+    def jog(self, displacement_m: float, deadline_s: float) -> Status:
+        return self._control(Control.HOLD, 0, table.MODE_JOG, displacement_m, 0.0, deadline_s)
 
     def _control(
         self,
@@ -74,34 +106,44 @@ class ModbusTransport:
         deadline_s: float,
     ) -> Status:
         ends = self._clock.now() + deadline_s
-        self._command = (self._command + 1) % 0x10000
+        number = self._session.next_command()
         words = table.CONTROL.encode(
             {
                 "control": int(control),
+                "session": self._session.number,
                 "run_id": run_id,
-                "heartbeat": self._beat(),
-                "command": self._command,
-                "reset_key": table.RESET_KEY if Control.RESET in control else 0,
+                "command": number,
                 "mode": mode,
+                "reset_key": table.RESET_KEY if Control.RESET in control else 0,
                 "direct_displacement_m": displacement_m,
                 "direct_current_a": current_a,
             }
         )
-        self._call(ends, lambda c: c.write_registers(table.CONTROL.address, words, device_id=table.UNIT))
+        self._write(table.CONTROL, words, ends)
         while True:
-            status, acknowledged = self._read_status(ends)
-            if acknowledged == self._command:
+            status, values = self._read_status(ends)
+            if values["command_acknowledged"] == number:
                 return status
+
+    def stop(self, deadline_s: float) -> Status:
+        ends = self._clock.now() + deadline_s
+        empty = dict.fromkeys((register.name for register in table.CONTROL.registers), 0)
+        self._write(table.CONTROL, table.CONTROL.encode({**empty, "control": int(Control.DISABLE)}), ends)
+        return self._read_status(ends)[0]
 
     def status(self, deadline_s: float) -> Status:
         ends = self._clock.now() + deadline_s
-        heartbeat = self._beat()
-        self._call(ends, lambda c: c.write_register(table.HEARTBEAT_ADDRESS, heartbeat, device_id=table.UNIT))
+        if self._session.claimed:
+            self._write(table.LEASE, [self._session.number, self._session.next_heartbeat()], ends)
         return self._read_status(ends)[0]
+
+    def _write(self, block: table.Block, words: list[int], ends: float) -> None:
+        self._call(ends, lambda c: c.write_registers(block.address, words, device_id=table.UNIT))
 
     def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, deadline_s: float) -> Reply:
         ends = self._clock.now() + deadline_s
-        words = table.encode_write(block, run_id, captured, self._beat())
+        own = self._session
+        words = table.encode_write(block, run_id, captured, session=own.number, heartbeat=own.next_heartbeat())
         answer = self._call(
             ends,
             lambda c: c.readwrite_registers(
@@ -124,29 +166,26 @@ class ModbusTransport:
             consumed=int(head["consumed"]),
             refused=refused,
             heartbeat=int(head["samples"]) >> table.BEAT & HEARTBEATS - 1,
+            owned=int(head["session"]) == own.number,
             capture=capture,
         )
 
     def close(self) -> None:
         self._client.close()  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
 
-    def _beat(self) -> int:
-        self._heartbeat = (self._heartbeat + 1) % 0x10000
-        return self._heartbeat
-
     def _read_block(self, block: table.Block, ends: float) -> dict[str, table.Value]:
         return block.decode(
             self._call(ends, lambda c: c.read_input_registers(block.address, count=block.count, device_id=table.UNIT))
         )
 
-    def _read_status(self, ends: float) -> tuple[Status, int]:
+    def _read_status(self, ends: float) -> tuple[Status, dict[str, table.Value]]:
         first = table.STATUS.address
         words = self._call(ends, lambda c: c.read_input_registers(first, count=0x60, device_id=table.UNIT))
         values: dict[str, table.Value] = {}
         for block in (table.STATUS, table.COUNTERS, table.ACTUALS):
             start = block.address - first
             values.update(block.decode(words[start : start + block.count]))
-        return status_from(values), int(values["command_acknowledged"])
+        return status_from(values), values
 
     def _call(self, ends: float, request: Callable[[ModbusTcpClient], ModbusPDU]) -> list[int]:
         """Make one transaction: the only place where errors of pymodbus become errors of this package."""

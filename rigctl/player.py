@@ -5,51 +5,30 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from excitation.plan import Test
 from rigctl.address import connect
 from rigctl.axis import Axis
 from rigctl.clock import Clock, SystemClock
-from rigctl.errors import GateError, InterlockTripped, LimitError, RigError, RigFault, TransportError
-from rigctl.interlocks import Action, HoldWatch, Interlock, InterlockWatch, check_waveform
-from rigctl.limits import Configuration, Limits, tighter
-from rigctl.priority import real_time_priority
-from rigctl.progress import Phase, Progress
-from rigctl.recording import Labels, Recorder, file_stem, free_path, template
+from rigctl.errors import GateError, InterlockTripped, LimitError, RigError, RigFault, RunFileError, TransportError
+from rigctl.interlocks import Action, HoldWatch, Interlock, InterlockWatch, check_measured, check_waveform
+from rigctl.limit_watch import LimitWatch
+from rigctl.limits import Configuration, Limits
+from rigctl.limits_together import check_envelopes
+from rigctl.player_settings import PlayerSettings
+from rigctl.priority import streaming_priority
+from rigctl.progress import Phase, Progress, joined
+from rigctl.recording import Labels, Recorder, check_output, file_stem, free_path, template
+from rigctl.run_configuration import run_configuration
+from rigctl.setup import Setup
 from rigctl.stream import Stream, StreamPlan
-from rigctl.transport import CaptureBlock, Identity, Status, Transport
+from rigctl.transport import CaptureBlock, Identity, OwnMotion, Status, Transport
 from rigctl.waveform import Waveform, with_ramps
+from rigctl.wire_rate import check_wire
 
 __all__ = ["PlayerSettings", "connect", "file_stem", "play"]
-
-PREFILL_S = 1.5  # of set-points in the FIFO before the rig starts, at most half of MOST_BUFFERED_S
-MOST_BUFFERED_S = 2.5  # of set-points in the FIFO, at most three quarters of it
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlayerSettings:
-    """Times and limits that a laboratory may change."""
-
-    ramp_s: float = 1.0
-    settle_s: float = 0.0  # at full amplitude before recording; periodic excitations only
-    limits: Limits | None = None  # tighter than the machine's
-    watchdog_s: float = 1.0  # the rig stops when it has not heard from this computer for so long
-    link_patience_s: float = 2.0  # an exchange is repeated for so long
-    stall_s: float = 5.0  # without any progress of the rig
-    gate_s: float = 3600.0  # of the rig's time, for the temperature gate and for an interlock that holds
-    interlocks: tuple[Interlock, ...] = ()
-    report_s: float = 0.1
-    poll_s: float = 0.01
-
-    def __post_init__(self) -> None:
-        if not 0 < self.ramp_s < 3600:
-            raise LimitError(f"ramp is {self.ramp_s} s: it must lie above 0 and below 3600")
-        if not 0 <= self.settle_s < 3600:
-            raise LimitError(f"settle is {self.settle_s} s: it must lie in 0 … 3600")
-        if not 0.25 <= self.watchdog_s <= 10:
-            raise LimitError(f"watchdog is {self.watchdog_s} s: it must lie in 0.25 … 10")
 
 
 class _Stopped(Exception):
@@ -70,6 +49,7 @@ def play(
     campaign_id: str = "",
     test_id: str = "",
     operator: str = "",
+    setup: Setup | None = None,
     settings: PlayerSettings | None = None,
 ) -> Path:
     """Play one test and return the run file's path.
@@ -92,7 +72,13 @@ def play(
     StopFailed
         The rig did not acknowledge the stop.
     """
-    labels = Labels(specimen=specimen, campaign_id=campaign_id, test_id=test_id or test.name, operator=operator)
+    labels = Labels(
+        specimen=specimen,
+        campaign_id=campaign_id,
+        test_id=test_id or test.name,
+        operator=operator,
+        setup=setup or Setup(),
+    )
     player = _Player(
         transport=transport,
         test=test,
@@ -105,7 +91,8 @@ def play(
         should_hold=should_hold,
         should_return=should_return,
     )
-    with real_time_priority() if clock is None else nullcontext():
+    with streaming_priority() if clock is None else nullcontext("") as permitted:
+        player.labels = player.labels.with_note(permitted)
         return player.run()
 
 
@@ -122,6 +109,8 @@ class _Player:
     should_hold: Callable[[], bool]
     should_return: Callable[[], bool]
     reported_at: float = float("-inf")
+    unreported: list[CaptureBlock] = field(default_factory=list)
+    fifo: float | None = None
     stream: Stream | None = None
     waveform: Waveform | None = None
     recorder: Recorder | None = None
@@ -131,12 +120,23 @@ class _Player:
         axis = Axis(self.transport, self.clock, stall_s=self.settings.stall_s)
         self._report(Phase.CONNECTING)
         identity = axis.identify()
-        configuration = self._configuration(identity)
-        _check_rate(self.test, identity, configuration.sample_rate_hz)
+        self.labels = self.labels.with_note(identity.watchdog)
+        configuration = run_configuration(self.test, identity, self.settings)
+        check_envelopes(self.test, self.settings.envelopes)
+        check_measured(self.settings.interlocks, identity.unmeasured)
+        check_output(self.out_dir, self.test.excitation)  # at once, and not after a wait of an hour
         self.waveform = self._waveform(0, configuration.limits)
-        axis.await_other_hosts()  # before the `try`: a motion of another host must not be stopped
+        axis.claim()
+        try:
+            return self._play_as_master(axis, configuration, identity)
+        finally:
+            with suppress(RigError):  # else the rig ends the session itself, once this host is silent
+                axis.release()
+
+    def _play_as_master(self, axis: Axis, configuration: Configuration, identity: Identity) -> Path:
         try:
             axis.prepare(configuration)
+            check_wire(self.transport, self.clock, identity, configuration.sample_rate_hz)
             self._wait(axis)
             before = HoldWatch(None, (), configuration.sample_rate_hz)
             axis.wait_at_rest(
@@ -154,8 +154,9 @@ class _Player:
         """Play to the end, through every hold."""
         watch = InterlockWatch(self.settings.interlocks, configuration.sample_rate_hz)
         while self.waveform is not None:
-            axis.enable(self.waveform.displacement_m[0], self.waveform.current_a[0])
-            recorder = self._recording(identity)
+            recorder = self._recording(identity)  # before the pump is asked for
+            start = (self.waveform.displacement_m[0], self.waveform.current_a[0])
+            axis.enable(*start, meanwhile=self._stop_if_asked)
             self._stream(axis, self.waveform, recorder, configuration, identity, watch)
             if not self._complete:
                 self._hold(axis, recorder)
@@ -177,6 +178,8 @@ class _Player:
             waveform = with_ramps(
                 excitation, longer * self.settings.ramp_s, start=start, settle_s=self.settings.settle_s
             )
+            if isinstance(self.transport, OwnMotion):
+                waveform = self.transport.played_waveform(excitation, waveform)
             try:
                 check_waveform(waveform.displacement_m, waveform.current_a, excitation.sample_rate_hz, limits)
             except LimitError as found:
@@ -188,8 +191,8 @@ class _Player:
     def _hold(self, axis: Axis, recorder: Recorder) -> None:
         """Come to rest, keep what was played until then, and wait until the test may go on."""
         self._report(Phase.HOLDING)
-        came = axis.hold()
-        self._drain(axis)
+        came = axis.hold(meanwhile=self._stop_if_asked)
+        self._drain(axis, meanwhile=self._stop_if_asked)
         if self._complete:
             return
         recorder.event(f"hold, {self.holding}" if self.holding else "hold")
@@ -222,43 +225,52 @@ class _Player:
         path = None
         if self.recorder is not None:
             if trouble is None and not isinstance(error, TransportError):
-                with suppress(TransportError):
+                with suppress(TransportError, RunFileError):
                     self._drain(axis)
-            self.recorder.event(f"{status}: {str(error) or type(error).__name__}")
-            path = self.recorder.close(status)
+            path = self._close_after(error, status)
         self.on_progress = tell
         if isinstance(error, Exception):
             self._report(Phase.STOPPED, f"{status}: {error}")
         return _outcome(self.test.name, error, trouble, path)
 
+    def _close_after(self, error: BaseException, status: str) -> Path | None:
+        """Close the file after an error or a stop; None where the test had not begun, or the disk is full for good."""
+        assert self.recorder is not None
+        if self.stream is None:
+            self.recorder.discard()
+            return None
+        with suppress(RunFileError):
+            self.recorder.event(f"{status}: {str(error) or type(error).__name__}")
+        try:
+            self._remark(self.recorder)
+            return self.recorder.close(status)
+        except RunFileError as closing:
+            if not isinstance(error, RigError):
+                raise
+            error.args = (f"{error}; {closing}",)
+            return None
+
     def _close(self, status: str) -> Path:
         assert self.recorder is not None
+        self._remark(self.recorder)
         path = self.recorder.close(status)
         self._report(Phase.STOPPED, status)
         return path
 
-    def _drain(self, axis: Axis) -> None:
+    def _remark(self, recorder: Recorder) -> None:
+        """Write down what a controller of another make has to say of the test."""
+        if isinstance(self.transport, OwnMotion):
+            for text in self.transport.remarks:
+                recorder.event(text)
+
+    def _drain(self, axis: Axis, *, meanwhile: Callable[[], None] = lambda: None) -> None:
         """Fetch the samples captured until the rig was at rest: they show why it stopped."""
         while self.stream is not None:
+            meanwhile()
             fresh = self.stream.take(axis.fetch(self.stream, self.settings.link_patience_s))
             if fresh is None:
                 return
             self._record(fresh)
-
-    def _configuration(self, identity: Identity) -> Configuration:
-        limits = identity.limits
-        if self.settings.limits is not None:
-            limits = tighter(limits, self.settings.limits)
-        rate, fifo = self.test.excitation.sample_rate_hz, identity.fifo_samples
-        most = min(round(MOST_BUFFERED_S * rate), fifo * 3 // 4)
-        return Configuration(
-            sample_rate_hz=rate,
-            prefill_samples=min(round(PREFILL_S * rate), most // 2),
-            low_water_samples=most // 3,
-            high_water_samples=most,
-            heartbeat_s=self.settings.watchdog_s,
-            limits=limits,
-        )
 
     def _wait(self, axis: Axis) -> None:
         test, rate = self.test, self.test.excitation.sample_rate_hz
@@ -299,6 +311,7 @@ class _Player:
                 high_water_samples=configuration.high_water_samples,
             )
         )
+        limits = LimitWatch(configuration.limits, configuration.sample_rate_hz)
         started, progress, progressed_at = False, (0, 0, 0), self.clock.now()
         while not stream.finished:
             self._stop_if_asked()
@@ -307,8 +320,10 @@ class _Player:
             block = stream.next_block()
             reply = axis.exchange(block, stream, self.settings.link_patience_s)
             fresh = stream.take(reply)
+            self.fifo = 1.0 - reply.fifo_free / identity.fifo_samples
             if fresh is not None:
                 self._record(fresh)
+                self._check_limits(fresh, limits)
             if reply.faults:
                 raise RigFault(f"the rig stopped: {axis.fault_text(reply.faults)}")
             if fresh is not None:
@@ -324,6 +339,12 @@ class _Player:
             if block is None and (fresh is None or fresh.samples < self.transport.capture_samples):
                 self.clock.sleep(self.settings.poll_s)
 
+    def _check_limits(self, block: CaptureBlock, limits: LimitWatch) -> None:
+        assert self.waveform is not None
+        command = self.waveform.displacement_m[block.first_index : block.first_index + block.samples]
+        if (exceeded := limits.exceeded(block.values, command)) is not None:
+            raise InterlockTripped(exceeded)
+
     def _act_on(self, tripped: tuple[Interlock, ...], recorder: Recorder) -> None:
         for one in tripped:
             if one.action is Action.STOP:
@@ -337,18 +358,20 @@ class _Player:
         assert self.waveform is not None
         recorded = self.recorder.record(block, self.waveform)
         if recorded is not None:
-            self._report(Phase.RUNNING, block=recorded)
+            self.unreported.append(recorded)
+            self._report(Phase.RUNNING)
 
     def _stop_if_asked(self) -> None:
         reason = self.should_stop()
         if reason is not None:
             raise _Stopped(reason)
 
-    def _report(self, phase: Phase, text: str = "", block: CaptureBlock | None = None) -> None:
+    def _report(self, phase: Phase, text: str = "") -> None:
         now = self.clock.now()
         if phase in (Phase.RUNNING, Phase.WAITING, Phase.HOLD) and now - self.reported_at < self.settings.report_s:
             return
         self.reported_at = now
+        block, self.unreported = joined(self.unreported), []
         self.on_progress(
             Progress(
                 test=self.test.name,
@@ -357,6 +380,8 @@ class _Player:
                 total_samples=self.test.excitation.samples,
                 text=text,
                 block=block,
+                sample_rate_hz=self.test.excitation.sample_rate_hz,
+                fifo=self.fifo,
             )
         )
 
@@ -389,11 +414,3 @@ def _outcome(name: str, error: BaseException, trouble: RigError | None, path: Pa
     if isinstance(error, RigError):
         error.run_path = path
     raise error
-
-
-def _check_rate(test: Test, identity: Identity, rate_hz: float) -> None:
-    if not identity.sample_rate_min_hz <= rate_hz <= identity.sample_rate_max_hz:
-        raise LimitError(
-            f"test {test.name!r}: sample_rate is {rate_hz:g} Hz, "
-            f"the rig plays {identity.sample_rate_min_hz:g} … {identity.sample_rate_max_hz:g} Hz"
-        )

@@ -7,6 +7,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
+from rigctl.memory_lock import locked_memory
+
 PRIORITY = 10  # of 1 … 99: above ordinary processes, below the system's own real-time threads
 
 
@@ -29,6 +31,14 @@ def real_time_priority() -> Iterator[bool]:
         yield True
     finally:
         os.sched_setscheduler(0, policy, param)
+
+
+@contextmanager
+def streaming_priority() -> Iterator[str]:
+    """Real-time priority and locked memory for a stream; yields one line that says what the system permitted."""
+    with real_time_priority() as first, locked_memory() as locked:
+        priority = f"real-time priority {PRIORITY}" if first else "no real-time priority (see ulimit -r)"
+        yield f"{priority}, {'memory locked' if locked else 'memory not locked (see ulimit -l)'}"
 
 
 def drop_priority() -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
+
+import numpy as np
 
 from rigctl.transport import CaptureBlock
 
@@ -24,7 +27,11 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """One report: how far the test is, and the latest captured samples where there are any."""
+    """One report: how far the test is, and the samples that were recorded since the report before, where there are any.
+
+    Their numbers are those of the excitation: a report whose block does not follow the block before says that samples
+    were left out.
+    """
 
     test: str
     phase: Phase
@@ -32,3 +39,15 @@ class Progress:
     total_samples: int
     text: str = ""
     block: CaptureBlock | None = None
+    sample_rate_hz: float = 0.0  # of the block
+    fifo: float | None = None  # share of the rig's FIFO that is full; None: nothing is streamed
+
+
+def joined(blocks: Sequence[CaptureBlock]) -> CaptureBlock | None:
+    """The last of the blocks with all those before it that it continues without a gap; None where there is none."""
+    if not blocks:
+        return None
+    first = len(blocks) - 1
+    while first and blocks[first - 1].first_index + blocks[first - 1].samples == blocks[first].first_index:
+        first -= 1
+    return replace(blocks[first], values=np.concatenate([block.values for block in blocks[first:]]))

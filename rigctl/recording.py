@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -13,12 +13,14 @@ from uuid import uuid4
 import numpy as np
 
 from excitation.signal import Excitation
+from rigctl.disk_reserve import check_space
 from rigctl.runfile import Run
 from rigctl.runwriter import RunWriter, part_path
+from rigctl.setup import Setup
 from rigctl.transport import CaptureBlock, Identity
 from rigctl.waveform import Waveform
 
-__all__ = ["Labels", "Recorder", "file_stem", "free_path"]
+__all__ = ["Labels", "Recorder", "check_output", "file_stem", "free_path", "rig_text"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,13 +31,24 @@ class Labels:
     campaign_id: str = ""
     test_id: str = ""
     operator: str = ""
+    setup: Setup = field(default_factory=Setup)
+
+    def with_note(self, note: str) -> Labels:
+        """The labels with another event for the beginning of the run; no change where it is empty."""
+        notes = (*self.setup.notes, note) if note else self.setup.notes
+        return replace(self, setup=replace(self.setup, notes=notes))
 
 
 class Recorder:
     """Writes each sample of the excitation once, without the ramps and repetitions around it."""
 
     def __init__(self, path: Path, template: Run, excitation: Excitation, clock: Callable[[], float]) -> None:
-        self._writer, self._excitation = RunWriter(path, template, clock=clock), excitation
+        self._writer = RunWriter(path, template, expected_samples=excitation.samples, clock=clock)
+        self._excitation = excitation
+        self._setup = setup = template.setup
+        for note in (setup.tare, setup.warm_up, *setup.notes):
+            if note is not None:
+                self.event(str(note))
 
     @property
     def samples(self) -> int:
@@ -48,7 +61,7 @@ class Recorder:
         last = min(waveform.lead + waveform.samples - block.first_index, block.samples)
         if first >= last:
             return None
-        values = block.values[first:last]
+        values = self._setup.corrected(block.values[first:last])
         start = waveform.start + block.first_index + first - waveform.lead
         part = slice(start, start + values.shape[0])
         rows = {
@@ -70,6 +83,15 @@ class Recorder:
     def close(self, status: str) -> Path:
         return self._writer.close(status)
 
+    def discard(self) -> None:
+        """Remove the file of a test that did not begin."""
+        self._writer.discard()
+
+
+def check_output(directory: Path, excitation: Excitation) -> None:
+    """Refuse a test whose run file cannot be written, or does not fit on the disk: RunFileError."""
+    check_space(directory, excitation.samples, 5 if excitation.current_a is None else 7)
+
 
 def template(excitation: Excitation, labels: Labels, identity: Identity, url: str) -> Run:
     """Make a run without samples: everything about a run that is known before it begins."""
@@ -89,10 +111,16 @@ def template(excitation: Excitation, labels: Labels, identity: Identity, url: st
         design=dict(excitation.design),
         test_id=labels.test_id,
         campaign_id=labels.campaign_id,
-        rig=f"{identity.vendor} {identity.model} {identity.serial} at {url}",
+        rig=f"{rig_text(identity)} at {url}",
         operator=labels.operator,
+        setup=labels.setup,
         software_version=_software_version(),
     )
+
+
+def rig_text(identity: Identity) -> str:
+    """Which rig it is, wherever it is connected."""
+    return f"{identity.vendor} {identity.model} {identity.serial}"
 
 
 def file_stem(name: str) -> str:

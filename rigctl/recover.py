@@ -6,9 +6,9 @@ import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import h5py
-
 from excitation.atomic import sync_directory
+from excitation.untrusted import DAMAGE, open_hdf5
+from rigctl.disk_reserve import DiskReserve, whole_blocks
 from rigctl.errors import RunFileError
 from rigctl.runfile import read_channel, read_run, run_from_attributes, write_run
 from rigctl.runwriter import PART_SUFFIX, lock_part
@@ -32,7 +32,8 @@ def recover(path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     RunFileError
-        When it is being written by a live process, cannot be read, or its name is taken by another run.
+        When it is being written by a live process, cannot be read, its name is taken by another run, or the disk has
+        no room for the copy.
     """
     orphan = Path(path)
     if not orphan.name.endswith(PART_SUFFIX):
@@ -43,15 +44,16 @@ def recover(path: str | os.PathLike[str]) -> Path:
     if target.exists():
         raise RunFileError(f"{orphan}: {target.name} exists already, move one of the two away")
     _refuse_live(orphan)
+    _check_room(orphan)
     try:
-        with h5py.File(orphan, "r", swmr=True) as file:
+        with open_hdf5(orphan, RunFileError, swmr=True) as file:
             group = file["channels"]
             channels = {name: read_channel(group, name) for name in group}
             length = min((values.size for values in channels.values()), default=0)
             whole = {name: values[:length] for name, values in channels.items()}
             run = replace(run_from_attributes(file, whole, None), status="truncated")
-    except (OSError, KeyError, RuntimeError, RunFileError) as error:
-        raise RunFileError(f"{orphan}: cannot be read ({' '.join(str(error).split())[:160]})") from error
+    except DAMAGE as error:
+        raise RunFileError(f"{orphan}: cannot be read ({_reason(error, orphan)})") from error
     write_run(target, run)
     orphan.unlink()
     sync_directory(orphan.parent)
@@ -81,3 +83,12 @@ def _refuse_live(orphan: Path) -> None:
             raise RunFileError(f"{orphan}: a live process is writing it, stop that first")
     finally:
         os.close(handle)
+
+
+def _check_room(orphan: Path) -> None:
+    """Refuse where the copy has no room: HDF5 must not find a full disk."""
+    DiskReserve(orphan.parent, whole_blocks(orphan.stat().st_size)).release()
+
+
+def _reason(error: BaseException, orphan: Path) -> str:
+    return " ".join(str(error).removeprefix(f"{orphan}: ").split())[:160]

@@ -6,9 +6,10 @@ from dataclasses import fields
 from typing import Any
 
 from rigctl import modbus_map as table
-from rigctl.device import Fault, RigState
+from rigctl import scaling
+from rigctl.device import Fault, PressureStage, RigState
 from rigctl.errors import IdentityError
-from rigctl.limits import Limits
+from rigctl.limits import Limits, LowPressure
 from rigctl.transport import Capability, Identity, Status
 
 
@@ -26,11 +27,18 @@ def identity_from(head: dict[str, table.Value], limits: dict[str, table.Value]) 
         capture_samples=int(head["capture_samples"]),
         capabilities=Capability(int(head["capabilities"])),
         limits=_limits(limits),
+        rate_step_hz=scaling.SAMPLE_RATE_HZ,
+        low_pressure=_low_pressure(limits),
     )
 
 
 def _limits(values: dict[str, table.Value]) -> Limits:
     return Limits(**{f.name: float(values[f.name]) for f in fields(Limits)})
+
+
+def _low_pressure(values: dict[str, table.Value]) -> LowPressure | None:
+    speed, force = float(values["low_velocity_m_s"]), float(values["low_force_n"])
+    return LowPressure(velocity_m_s=speed, force_n=force) if speed and force else None
 
 
 def check_identity(url: str, head: dict[str, table.Value]) -> None:
@@ -45,10 +53,11 @@ def check_identity(url: str, head: dict[str, table.Value]) -> None:
 
 
 def status_from(values: dict[str, Any]) -> Status:  # Any: a decoded register is a number or a text
-    special = ("state", "faults", "first_fault", "arrived")
+    special = ("state", "stage", "faults", "first_fault", "arrived")
     plain = {f.name: values[f.name] for f in fields(Status) if f.name not in special}
     return Status(
         state=RigState(values["state"]),
+        stage=PressureStage(values["pressure_stage"]),
         faults=Fault(values["faults"]),
         first_fault=Fault(values["first_fault"]),
         arrived=bool(values["arrived"]),

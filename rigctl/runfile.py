@@ -17,12 +17,15 @@ from numpy.typing import NDArray
 
 from excitation.atomic import written_whole
 from excitation.kinds import Kind
+from excitation.untrusted import DAMAGE, Limits, open_hdf5, parse_json
 from rigctl.errors import RunFileError
+from rigctl.setup import Setup, get_setup, put_setup
 
 FORMAT = "damper-rig/run"
 FORMAT_VERSION = 1
 STATUSES = ("complete", "aborted", "truncated")
 EVENT_BYTES = 240
+UTC_BYTES = 32  # an ISO 8601 time stamp
 
 # The unit that the contract gives a channel; any other channel may carry any of UNITS.
 CHANNEL_UNITS: Mapping[str, tuple[str, ...]] = {
@@ -92,6 +95,8 @@ class Run:
     units: Mapping[str, str]
     design: Mapping[str, Any] | None = None  # any JSON object: the configuration that makes the excitation again
     events: tuple[tuple[float, str], ...] = ()  # (seconds from sample 0, text)
+    events_utc: tuple[str, ...] = ()  # time of each event, ISO 8601; empty where the file has none
+    setup: Setup = field(default_factory=Setup)
     test_id: str = ""
     campaign_id: str = ""
     rig: str = ""
@@ -119,15 +124,15 @@ def _check_header(run: Run) -> None:
     if run.period_samples < 0:
         raise RunFileError(f"period_samples is {run.period_samples}: it must be 0 (not periodic) or more")
     if run.excitation_kind not in tuple(Kind):
-        raise RunFileError(f"excitation_kind is {run.excitation_kind!r}: it must be one of {', '.join(Kind)}")
+        raise RunFileError(f"excitation_kind is {run.excitation_kind!r:.60}: it must be one of {', '.join(Kind)}")
     if run.status not in STATUSES:
-        raise RunFileError(f"status is {run.status!r}: it must be one of {', '.join(STATUSES)}")
+        raise RunFileError(f"status is {run.status!r:.60}: it must be one of {', '.join(STATUSES)}")
     if not run.channels:
         raise RunFileError("no channel: a run holds at least one")
     try:
         datetime.fromisoformat(run.created)
     except ValueError as error:
-        raise RunFileError(f"created is {run.created!r}: it must be a date and time in ISO 8601, UTC") from error
+        raise RunFileError(f"created is {run.created!r:.60}: it must be a date and time in ISO 8601, UTC") from error
 
 
 def _check_channel(name: str, values: NDArray[np.float64], length: int, unit: str | None) -> None:
@@ -135,7 +140,7 @@ def _check_channel(name: str, values: NDArray[np.float64], length: int, unit: st
     if unit is None:
         raise RunFileError(f"channel {name}: unit is missing, it must be {' or '.join(allowed)}")
     if unit not in allowed:
-        raise RunFileError(f"channel {name}: unit {unit!r} is unknown here, it must be {' or '.join(allowed)}")
+        raise RunFileError(f"channel {name}: unit {unit!r:.60} is unknown here, it must be {' or '.join(allowed)}")
     if values.ndim != 1 or values.dtype != np.float64:
         raise RunFileError(f"channel {name}: shape {values.shape} of {values.dtype}, it must be a 1-D array of float64")
     if values.size != length:
@@ -148,8 +153,8 @@ def _check_channel(name: str, values: NDArray[np.float64], length: int, unit: st
         )
 
 
-def read_run(path: str | os.PathLike[str]) -> Run:
-    """Read one run file and check all of it.
+def read_run(path: str | os.PathLike[str], *, limits: Limits | None = None) -> Run:
+    """Read one run file and check all of it; ``limits`` are what it may hold.
 
     Returns
     -------
@@ -165,14 +170,14 @@ def read_run(path: str | os.PathLike[str]) -> Run:
     file_path = Path(path)
     if not file_path.is_file():
         raise RunFileError(f"{file_path}: no such file")
-    try:
-        with h5py.File(file_path, "r") as file:
+    with open_hdf5(file_path, RunFileError, limits=limits) as file:
+        try:
             return _read_open(file, file_path)
-    except RunFileError as error:
-        raise RunFileError(f"{file_path}: {error}") from None
-    except (OSError, RuntimeError, KeyError, UnicodeDecodeError) as error:
-        reason = " ".join(str(error).split())[:160]
-        raise RunFileError(f"{file_path}: damaged or not an HDF5 file ({reason})") from error
+        except RunFileError as error:
+            raise RunFileError(f"{file_path}: {error}") from None
+        except DAMAGE as error:
+            reason = " ".join(str(error).split())[:160]
+            raise RunFileError(f"{file_path}: damaged or not an HDF5 file ({reason})") from error
 
 
 def _read_open(file: h5py.File, path: Path) -> Run:
@@ -205,6 +210,8 @@ def run_from_attributes(file: h5py.File, channels: Mapping[str, NDArray[np.float
         units={name: unit for name in channels if (unit := _unit(file["channels"][name])) is not None},
         design=_design(file),
         events=_events(file),
+        events_utc=_event_stamps(file),
+        setup=get_setup(file),
         test_id=_text(file, "test_id", ""),
         campaign_id=_text(file, "campaign_id", ""),
         rig=_text(file, "rig", ""),
@@ -217,7 +224,7 @@ def run_from_attributes(file: h5py.File, channels: Mapping[str, NDArray[np.float
 def _check_format(file: h5py.File) -> None:
     found = _text(file, "format", "")
     if found != FORMAT:
-        raise RunFileError(f"attribute format is {found!r}: a run file says {FORMAT!r}")
+        raise RunFileError(f"attribute format is {found!r:.60}: a run file says {FORMAT!r}")
     version = _integer(file, "format_version")
     if not 1 <= version <= FORMAT_VERSION:
         raise RunFileError(f"format_version is {version}: this program reads version {FORMAT_VERSION}; use a later one")
@@ -225,8 +232,6 @@ def _check_format(file: h5py.File) -> None:
 
 def read_channel(group: h5py.Group, name: str) -> NDArray[np.float64]:
     """Read one channel as float64, exactly; raise RunFileError for anything but a 1-D array of real numbers."""
-    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-        raise RunFileError(f"channel {name}: a link to another file, the samples must be in this file")
     dataset = group[name]
     if not isinstance(dataset, h5py.Dataset) or dataset.dtype.kind not in "fiu" or dataset.ndim != 1:
         raise RunFileError(f"channel {name}: not a 1-D array of numbers, it must be float64 [samples]")
@@ -262,14 +267,14 @@ def _text(file: h5py.File, name: str, default: str | None = None) -> str:
     if isinstance(value, bytes):
         return value.decode("utf-8")
     if not isinstance(value, str):
-        raise RunFileError(f"attribute {name} is {value!r}: it must be text")
+        raise RunFileError(f"attribute {name} is {value!r:.60}: it must be text")
     return value
 
 
 def _number(file: h5py.File, name: str) -> float:
     value = _attribute(file, name)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise RunFileError(f"attribute {name} is {value!r}: it must be a number")
+        raise RunFileError(f"attribute {name} is {value!r:.60}: it must be a number")
     return float(value)
 
 
@@ -296,7 +301,7 @@ def _design(file: h5py.File) -> dict[str, Any] | None:
         return None
     text = group.attrs["design"]
     try:
-        design = json.loads(text)
+        design = parse_json(text)
     except (ValueError, TypeError) as error:
         raise RunFileError(f"/excitation: attribute design is not JSON ({error})") from error
     if not isinstance(design, dict):
@@ -315,6 +320,13 @@ def _events(file: h5py.File) -> tuple[tuple[float, str], ...]:
     )
 
 
+def _event_stamps(file: h5py.File) -> tuple[str, ...]:
+    stamps = file.get("events/utc")
+    if not isinstance(stamps, h5py.Dataset) or stamps.dtype.kind != "S":
+        return ()
+    return tuple(stamp.decode("utf-8", "replace") for stamp in stamps[...])
+
+
 def write_run(path: str | os.PathLike[str], run: Run) -> None:
     """Write one run file under a temporary name, force it to the disk, rename it: no half file ever stays."""
     with (
@@ -325,9 +337,12 @@ def write_run(path: str | os.PathLike[str], run: Run) -> None:
         file.attrs["samples"] = run.samples
         for name, values in run.channels.items():
             write_unit(file.create_dataset(f"channels/{name}", data=values), run.units[name])
+        put_setup(file, run.setup)
         times = np.array([time for time, _ in run.events], dtype=np.float64)
         file.create_dataset("events/time", data=times).attrs["unit"] = "s"
         file.create_dataset("events/text", data=[encode_event(text) for _, text in run.events], dtype=f"S{EVENT_BYTES}")
+        if run.events_utc:
+            file.create_dataset("events/utc", data=[t.encode() for t in run.events_utc], dtype=f"S{UTC_BYTES}")
 
 
 def encode_event(text: str) -> bytes:
@@ -344,7 +359,7 @@ def write_attributes(file: h5py.File, run: Run) -> None:
     file.attrs["specimen"] = run.specimen
     file.attrs["sample_rate"] = float(run.sample_rate_hz)
     file.attrs["period_samples"] = int(run.period_samples)
-    file.attrs["excitation_kind"] = run.excitation_kind
+    file.attrs["excitation_kind"] = str(run.excitation_kind)  # h5py refuses a member of an enumeration
     file.attrs["status"] = run.status
     for name in ("test_id", "campaign_id", "rig", "operator", "software_version"):
         if getattr(run, name):

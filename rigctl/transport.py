@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntFlag
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigctl.device import Control, Fault, RigState
-from rigctl.limits import Configuration, Limits
+from excitation.signal import Excitation
+from rigctl.device import Control, Fault, PressureStage, RigState
+from rigctl.limits import Configuration, Limits, LowPressure
+from rigctl.waveform import Waveform
 
 SEQUENCES = 1 << 16
 HEARTBEATS = 1 << 7  # the heartbeat in a reply is counted modulo this
@@ -40,6 +42,18 @@ class Identity:
     capture_samples: int
     capabilities: Capability
     limits: Limits  # what the machine can do: a configuration may only be tighter
+    low_pressure: LowPressure | None = None  # None: the rig has no low pressure
+    unmeasured: tuple[str, ...] = ()  # channels of a captured sample that it does not measure: they read 0
+    takes_whole: bool = False  # it needs the whole motion before it starts
+    watchdog: str = ""  # what a controller of another make does when its host is silent, as its map says
+    watchdog_s: float = 0.0  # after so long a silence; 0: as configured
+    takes_limits: tuple[str, ...] = ()  # the limits that a controller of another make is given and keeps
+    rate_step_hz: float = 0.0  # it plays whole multiples of this rate only; 0: any
+
+    @property
+    def foreign(self) -> bool:
+        """Whether it is a controller of another make: it speaks no register map of this program."""
+        return self.map_version == 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,10 +61,12 @@ class Status:
     """Status as the rig reports it."""
 
     state: RigState
+    stage: PressureStage
     faults: Fault
     first_fault: Fault
     detector: int  # which one acted first, as rigctl.device.DETECTORS numbers them; 0: none
     run_id: int
+    session: int  # of the host that commands the rig; 0: nobody does
     heartbeat: int
     fifo_level: int
     last_accepted: int
@@ -79,7 +95,7 @@ class SetpointBlock:
     """Consecutive set-points of one run."""
 
     run_id: int
-    sequence: int  # modulo 65 536
+    sequence: int  # counted from 0; on a wire modulo 65 536, and the check covers the whole number
     displacement_m: NDArray[np.float64]  # (n,)
     current_a: NDArray[np.float64]  # (n,)
     end_of_stream: bool  # the last block of the run: an empty FIFO after it is a clean end
@@ -113,13 +129,15 @@ class Reply:
     consumed: int
     refused: bool  # the last block was refused: send again from last_accepted + 1
     heartbeat: int  # of the rig, modulo 128: constant where its controller has stopped
+    owned: bool  # whether the rig still obeys this host
     capture: CaptureBlock
 
 
 class Transport(Protocol):
     """A connection to one rig. Every call ends by its deadline and raises only TransportError.
 
-    Every call may be repeated after an error: the rig drops blocks that it already has.
+    Every call may be repeated after an error: the rig drops blocks and commands that it already has.
+    Reading needs no session and does not feed the rig's watchdog; commanding needs one, see :meth:`claim`.
     """
 
     @property
@@ -135,21 +153,56 @@ class Transport(Protocol):
         """Largest number of captured samples in one reply; with fewer the rig has no more at the moment."""
         ...
 
+    @property
+    def session(self) -> int:
+        """The session in which this host commands the rig; 0: it only reads."""
+        ...
+
     def identify(self, deadline_s: float) -> Identity: ...
+
+    def claim(self, deadline_s: float) -> int:
+        """Become the rig's only master and return the session; RequestDenied where another host is.
+
+        The rig gives a new session to a claim, so that what was sent in an earlier one has no effect any more.
+        """
+        ...
+
+    def release(self, deadline_s: float) -> None:
+        """End the session of a rig without power; RequestDenied where it has power. Nothing where there is none."""
+        ...
 
     def configure(self, configuration: Configuration, deadline_s: float) -> None:
         """Write the configuration and read it back; IdentityError where the rig keeps another one."""
         ...
 
     def command(self, control: Control, run_id: int, deadline_s: float) -> Status:
-        """Send a control word and wait until the rig has acknowledged it; the state may change later."""
+        """Send a control word and wait until the rig has acknowledged it; the state may change later.
+
+        A HOLD with a higher run number opens that run; RequestDenied where the rig does not obey.
+        """
         ...
 
     def direct(self, displacement_m: float, current_a: float, deadline_s: float) -> Status:
-        """Move the hold set-point; the rig travels there within its own limits, in HOLD only."""
+        """Move the hold set-point; the rig travels there within its own limits, in HOLD at high pressure only."""
         ...
 
-    def status(self, deadline_s: float) -> Status: ...
+    def jog(self, displacement_m: float, deadline_s: float) -> Status:
+        """Ask for a slow movement to a displacement, in HOLD at low pressure only.
+
+        The piston moves only for JOG_S after each request, then it comes to rest.
+        """
+        ...
+
+    def stop(self, deadline_s: float) -> Status:
+        """Stop the rig and switch its power off, whoever commands it; this ends the session of its master.
+
+        Returns what the rig says at once: it may still be coming to rest.
+        """
+        ...
+
+    def status(self, deadline_s: float) -> Status:
+        """Read the status; in a session this is also a heartbeat."""
+        ...
 
     def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, deadline_s: float) -> Reply:
         """Send a block (or none), acknowledge captured samples below `captured`, fetch the next ones."""
@@ -157,4 +210,18 @@ class Transport(Protocol):
 
     def close(self) -> None:
         """Close the connection; safe to call twice."""
+        ...
+
+
+@runtime_checkable
+class OwnMotion(Protocol):
+    """A transport to a controller that may play another motion than the one it was asked for."""
+
+    def played_waveform(self, excitation: Excitation, waveform: Waveform) -> Waveform:
+        """Return the motion that the controller will play for a test; LimitError where it cannot."""
+        ...
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What the run file should say of the test that has just ended."""
         ...

@@ -17,6 +17,7 @@ from rigctl.can_wire import is_ours
 from rigctl.device import Control, Fault
 from rigctl.errors import LimitError
 from rigctl.loopback_can import LoopbackBus
+from rigctl.session import NOBODY
 from rigctl.transport import SetpointBlock
 from sim_rig.errors import RequestRefused
 from sim_rig.faults import FaultKind
@@ -42,7 +43,7 @@ class CanDevice:
         self._registers = RegisterDevice(rig)
         self._staged: dict[int, int] = {}
         self._parts: dict[int, bytes] = {}
-        self._refused, self._beats = False, 0
+        self._refused, self._direct = False, b""
         self._sent, self._run_id, self._moved_at, self._again_s = 0, -1, now(), AGAIN_S
         self._status_at = self._health_at = float("-inf")
         self._last_status = b""
@@ -64,11 +65,10 @@ class CanDevice:
         return (number, flip(data, 0, random)) if number in checked else None
 
     def _obey(self, number: int, data: bytes) -> None:
-        self._beats = (self._beats + 1) % 0x10000
         if number == frames.CONTROL:
             self._control(data)
         elif number == frames.DIRECT and len(data) == 8:
-            self._direct(data)
+            self._direct = data  # the command that follows it carries the check over both
         elif number == frames.STREAM and self._fd:
             self._stream_fd(data)
         elif number == frames.STREAM and len(data) == 8:
@@ -79,8 +79,10 @@ class CanDevice:
             request = sdo.unpack(data)
             if request is not None:
                 self._serve(request)
-        elif number == frames.HOST_HEARTBEAT and data == bytes([frames.OPERATIONAL]):
-            self._rig.beat(self._beats)
+        elif number == frames.HOST_HEARTBEAT:
+            beat = frames.unpack_host_heartbeat(data)
+            if beat is not None:
+                self._rig.beat(*beat)
         elif number == frames.NMT and data[1:] in (bytes([frames.NODE]), bytes([0])):
             self._manage(data[0])
 
@@ -89,7 +91,7 @@ class CanDevice:
             self._nmt, self._beat_at = frames.OPERATIONAL, float("-inf")
         elif order == frames.NMT_STOP:
             self._nmt = frames.STOPPED
-            self._rig.command(Control.DISABLE, self._rig.controller.fifo.run_id, self._beats)
+            self._rig.stop()
 
     def give(self) -> list[Frame]:
         """Return the frames that are due: answers, status, health, captured samples."""
@@ -115,37 +117,40 @@ class CanDevice:
         return out
 
     def _control(self, data: bytes) -> None:
-        found = frames.unpack_control(data)
+        found = frames.unpack_control(data, self._direct)
         if found is None:
             self._rig.crc_errors += 1
             return
-        control, run_id, alive = found
-        self._registers.command(Control(control & 0xF), run_id, self._beats, alive)
-
-    def _direct(self, data: bytes) -> None:
-        displacement_m, current_a, sequence = frames.unpack_direct(data)
         with suppress(RequestRefused):  # the host reads the refusal in a register
-            self._registers.direct(displacement_m, current_a, self._beats, sequence)
+            if found.mode in (frames.MODE_TRAVEL, frames.MODE_JOG):
+                displacement_m, current_a, number = frames.unpack_direct(self._direct)
+                if number != found.number:
+                    return
+                if found.mode == frames.MODE_JOG:
+                    self._registers.jog(displacement_m, found.session, number)
+                else:
+                    self._registers.direct(displacement_m, current_a, found.session, number)
+            else:
+                self._registers.command(Control(found.control), found.run_id, found.session, found.number)
 
     def _stream_fd(self, data: bytes) -> None:
-        found = frames.unpack_stream_fd(data)
-        if found is None:
-            self._rig.crc_errors += 1
+        found = frames.unpack_stream_fd(data, following=self._rig.controller.fifo.following)
+        if found is None or not self._rig.master.owns(found.session):
+            self._rig.crc_errors += found is None
             self._refused = True
             return
-        rows, sequence, run_id, end = found
-        self._accept(rows, sequence, run_id, end)
+        self._accept(found.rows, found.sequence, found.run_id, found.end)
 
     def _commit(self, data: bytes) -> None:
-        run_id = self._rig.controller.fifo.run_id
-        found = frames.unpack_stream(self._parts, data, run_id)
+        fifo, session = self._rig.controller.fifo, self._rig.master.session
+        found = frames.unpack_stream(self._parts, data, fifo.run_id, session=session, following=fifo.following)
         self._parts = {}
-        if found is None:
+        if found is None or session == NOBODY:
             self._rig.crc_errors += 1
             self._refused = True
             return
         rows, sequence, end = found
-        self._accept(rows, sequence, run_id, end)
+        self._accept(rows, sequence, fifo.run_id, end)
 
     def _accept(self, rows: NDArray[np.float64], sequence: int, run_id: int, end: bool) -> None:
         block = SetpointBlock(
@@ -186,13 +191,11 @@ class CanDevice:
         return frames.error_entry(history[sub - 1]) if sub else len(history)
 
     def _download(self, request: sdo.Sdo) -> int:
-        if request.address == table.HEARTBEAT_ADDRESS:
-            self._registers.write(request.address, [request.value >> 16])
-            return 0
         if request.address == table.CAPTURED_ADDRESS:
-            self._acknowledge(request.value & ~frames.AGAIN)
-            if request.value & frames.AGAIN:
-                self._sent = self._rig.controller.store.first_index
+            self._acknowledge(request.value)
+            return 0
+        if request.address in (table.LEASE.address, table.CLAIM.address, table.RELEASE.address):
+            self._registers.write(request.address, list(divmod(request.value, 0x10000)))
             return 0
         block = table.CONFIGURATION
         if not block.address <= request.address < block.address + block.count:
@@ -205,11 +208,16 @@ class CanDevice:
             self._registers.write(block.address, [word for pair in pairs for word in divmod(pair or 0, 0x10000)])
         return 0
 
-    def _acknowledge(self, captured: int) -> None:
-        before = self._rig.controller.store.first_index
-        run_id = self._rig.controller.fifo.run_id
-        self._rig.exchange(None, run_id, captured, self._beats, frames.FD_CAPTURE)
-        if self._rig.controller.store.first_index != before:
+    def _acknowledge(self, word: int) -> None:
+        """Drop captured samples that the host has, or send again from the first that it has not."""
+        store = self._rig.controller.store
+        captured = frames.captured_from(word, store.run_id, store.first_index)
+        before = store.first_index
+        if captured is not None:
+            self._rig.exchange(None, store.run_id, captured, store.session, frames.FD_CAPTURE)
+            if word & frames.AGAIN:
+                self._sent = store.first_index
+        if store.first_index != before:
             self._moved_at, self._again_s = self._now(), AGAIN_S
 
     def _send_captured(self, now: float) -> None:
@@ -221,9 +229,9 @@ class CanDevice:
         ahead = self._sent - store.first_index
         values = store.fetch(FD_WINDOW if self._fd else WINDOW).values[ahead:]
         if self._fd:
-            self._out.extend(frames.pack_capture_fd(values, self._sent))
+            self._out.extend(frames.pack_capture_fd(values, self._sent, run_id=store.run_id))
         else:
-            self._out.extend(frames.pack_capture(values, self._sent))
+            self._out.extend(frames.pack_capture(values, self._sent, run_id=store.run_id))
         self._sent += values.shape[0]
 
     def _send_heartbeat(self, now: float) -> None:
@@ -249,6 +257,9 @@ class CanDevice:
                 faults=int(controller.faults),
                 fifo_level=controller.fifo.level,
                 last_accepted=controller.fifo.last_accepted,
+                stage=controller.stage,
+                session=self._rig.master.session,
+                run_id=controller.fifo.run_id,
             )
         )
         if at_once or data[:4] != self._last_status[:4] or now - self._status_at >= STATUS_S:

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigctl.device import DETECTORS as NAMES
-from rigctl.device import SENSORS, Fault
+from rigctl.device import SENSORS, Fault, PressureStage
 from rigctl.interlocks import first_trip
 from rigctl.limits import Limits
+from rigctl.setpoint_check import RESOLUTION_M, Before, Quantity, all_bad
+from sim_rig.plant import LOW_SUPPLY
 from sim_rig.sensors import RANGE
 
 
@@ -53,28 +55,30 @@ class Trip:
     sample: int
 
 
-def check_setpoints(rows: NDArray[np.float64], previous_m: float, limits: Limits, rate_hz: float) -> tuple[int, Fault]:
+_FAULTS: Final = {
+    Quantity.POSITION: Fault.SETPOINT,
+    Quantity.VELOCITY: Fault.POSITION_JUMP,
+    Quantity.ACCELERATION: Fault.POSITION_JUMP,
+    Quantity.JUMP: Fault.POSITION_JUMP,
+    Quantity.CURRENT: Fault.CURRENT_LIMIT,
+}
+
+
+def check_setpoints(rows: NDArray[np.float64], before: Before, limits: Limits, rate_hz: float) -> tuple[int, Fault]:
     """Count the leading set-points that may be played, and return the fault of the next one."""
-    x, current = rows[:, 0], rows[:, 1]
-    step = np.abs(np.diff(x, prepend=previous_m))
-    bad = {
-        Fault.SETPOINT: ~((x >= limits.position_min_m) & (x <= limits.position_max_m)),
-        Fault.POSITION_JUMP: ~(step <= limits.velocity_m_s * 1.001 / rate_hz),
-        Fault.CURRENT_LIMIT: ~((current >= limits.current_min_a) & (current <= limits.current_max_a)),
-    }
-    good, fault = rows.shape[0], Fault.NONE
-    for name, where in bad.items():
-        first = int(np.argmax(where)) if where.any() else rows.shape[0]
-        if first < good:
-            good, fault = first, name
-    return good, fault
+    found = all_bad(rows[:, 0], rows[:, 1], before, limits, rate_hz, resolution_m=RESOLUTION_M)
+    if not found:
+        return rows.shape[0], Fault.NONE
+    first = min(found, key=lambda bad: bad.sample)
+    return first.sample, _FAULTS[first.quantity]
 
 
 class Detectors:
     """Checks measured samples; a violation must last for its detector's delay."""
 
-    def __init__(self, limits: Limits, rate_hz: float) -> None:
+    def __init__(self, limits: Limits, rate_hz: float, stage: PressureStage = PressureStage.HIGH) -> None:
         self._limits, self._rate_hz = limits, rate_hz
+        self._pressure_min_pa = PRESSURE_MIN_PA * (LOW_SUPPLY if stage is PressureStage.LOW else 1.0)
         self._lasting = [0] * len(DETECTORS)
         self._last: NDArray[np.float64] | None = None
 
@@ -110,5 +114,5 @@ class Detectors:
             (np.abs(force) > limits.force_n) & ~false[:, 0],
             (np.abs(x - setpoint_m) > limits.following_error_m) & ~false[:, 1],
             (temperature > limits.temperature_max_degc) & ~false[:, 3],
-            pressure < PRESSURE_MIN_PA,
+            pressure < self._pressure_min_pa,
         ]

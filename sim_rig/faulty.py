@@ -47,8 +47,21 @@ class FaultyTransport:
     def capture_samples(self) -> int:
         return self._inner.capture_samples
 
+    @property
+    def session(self) -> int:
+        return self._inner.session
+
     def identify(self, deadline_s: float) -> Identity:
         return self._carry(self._inner.identify, deadline_s)
+
+    def claim(self, deadline_s: float) -> int:
+        return self._carry(self._inner.claim, deadline_s)
+
+    def release(self, deadline_s: float) -> None:
+        return self._carry(self._inner.release, deadline_s)
+
+    def stop(self, deadline_s: float) -> Status:
+        return self._carry(self._inner.stop, deadline_s)
 
     def configure(self, configuration: Configuration, deadline_s: float) -> None:
         return self._carry(self._inner.configure, deadline_s, configuration)
@@ -58,6 +71,9 @@ class FaultyTransport:
 
     def direct(self, displacement_m: float, current_a: float, deadline_s: float) -> Status:
         return self._carry(self._inner.direct, deadline_s, displacement_m, current_a)
+
+    def jog(self, displacement_m: float, deadline_s: float) -> Status:
+        return self._carry(self._inner.jog, deadline_s, displacement_m)
 
     def status(self, deadline_s: float) -> Status:
         return self._carry(self._inner.status, deadline_s)

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rigctl.device import SENSORS
+from rigctl.device import SENSORS, PressureStage
 from sim_rig.faults import OF_SENSOR, FaultKind, FaultOrder, Faults
 from sim_rig.plant import SimulatedPlant
 from sim_rig.sensors import LIVE_ZERO, RANGE
@@ -40,6 +40,9 @@ class FaultyPlant:
     def set_rate(self, rate_hz: float) -> None:
         self._rate_hz = rate_hz
         self._plant.set_rate(rate_hz)
+
+    def set_stage(self, stage: PressureStage) -> None:
+        self._plant.set_stage(stage)
 
     def begin_run(self) -> None:
         if self._faults.elapsed_s is None:

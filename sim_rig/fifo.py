@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from rigctl.transport import NO_SEQUENCE, SEQUENCES, CaptureBlock, SetpointBlock
+from rigctl.setpoint_check import Before
+from rigctl.transport import SEQUENCES, CaptureBlock, SetpointBlock
 
 FIFO_SAMPLES = 16384  # 3.3 s at 5 kHz, longer than an ordinary computer is late
 CAPTURE_SAMPLES = 32768
@@ -20,18 +21,24 @@ class SetpointFifo:
 
     run_id: int = 0
     capacity: int = FIFO_SAMPLES
-    last_accepted: int = NO_SEQUENCE
+    following: int = 0  # number of the next block
     ended: bool = False
+    closed: bool = False  # the run is over: nothing is accepted any more
     consumed: int = 0
     duplicates: int = 0
     gaps: int = 0
-    last_m: float | None = None  # the last accepted set-point
+    before: Before | None = None  # the set-points before the next block; None: nothing is accepted yet
     _first: int = 0  # index of the first set-point that is not played yet
     _last: int = 0
     _rows: NDArray[np.float64] = field(init=False)
 
     def __post_init__(self) -> None:
         self._rows = np.empty((2 * self.capacity, 2))
+
+    @property
+    def last_accepted(self) -> int:
+        """Number of the last block, modulo 65 536."""
+        return (self.following - 1) % SEQUENCES
 
     @property
     def level(self) -> int:
@@ -43,10 +50,12 @@ class SetpointFifo:
 
     def accept(self, block: SetpointBlock) -> bool:
         """Accept a block; False where it is refused and has to be sent again."""
-        ahead = (block.sequence - self.last_accepted - 1) % SEQUENCES
+        ahead = block.sequence - self.following
         if block.run_id != self.run_id:
             return False
-        if ahead >= SEQUENCES // 2:
+        if self.closed:
+            return False
+        if ahead < 0:
             self.duplicates += 1
             return True
         if ahead or self.ended:
@@ -55,9 +64,12 @@ class SetpointFifo:
         if block.samples > self.free:
             return False
         self._append(np.column_stack([block.displacement_m, block.current_a]))
-        self.last_accepted, self.ended = block.sequence, block.end_of_stream
-        self.last_m = float(block.displacement_m[-1])
+        self.following, self.ended = block.sequence + 1, block.end_of_stream
         return True
+
+    def close(self) -> None:
+        """Discard what was not played, and accept nothing more."""
+        self._first, self.closed = self._last, True
 
     def _append(self, rows: NDArray[np.float64]) -> None:
         if self._last + rows.shape[0] > self._rows.shape[0]:  # end of the array: move the rows to its beginning
@@ -76,8 +88,8 @@ class SetpointFifo:
         return self._rows[self._last - count : self._last].copy()
 
     def drop(self, count: int) -> None:
-        """Remove set-points that were played."""
-        self._first += count
+        """Remove set-points that were played, also where the run was closed while they were."""
+        self._first = min(self._first + count, self._last)
         self.consumed += count
 
 
@@ -85,6 +97,7 @@ class SetpointFifo:
 class CaptureStore:
     """Holds captured samples until the host has acknowledged them, so that every fetch may be repeated."""
 
+    session: int = 0
     run_id: int = 0
     capacity: int = CAPTURE_SAMPLES
     first_index: int = 0

@@ -56,7 +56,7 @@ class _Access:
 def registers() -> list[SimData]:
     """The registers of the map; any other address is refused as illegal."""
     ranges = [(block.address, block.count, True) for block in table.INPUT_BLOCKS] + [
-        (block.address, block.count, False) for block in (table.CONTROL, table.CONFIGURATION)
+        (block.address, block.count, False) for block in (*table.COMMAND_BLOCKS, table.CONFIGURATION)
     ]
     ranges += [(table.WRITE_HEADER.address, table.WRITE_COUNT, False)]
     ranges += [(table.READ_HEADER.address, table.READ_COUNT, True)]

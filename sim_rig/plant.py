@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from rigctl.device import PressureStage
 from sim_rig import actuator, damper
 from sim_rig.actuator import Actuator
 from sim_rig.parameters import Damper
@@ -19,6 +20,7 @@ from sim_rig.skew import Skew
 
 INNER_HZ: Final = 16e3
 SUPPLY_PA: Final = 21e6
+LOW_SUPPLY: Final = 0.12  # share of the supply at low pressure: 2.5 MPa, with which the actuator pushes 3.6 kN at most
 JAMMED_M_S: Final = 1e-3  # piston speed that leaks through a jammed valve
 # Indices in the state of this kernel.
 COMMAND, SPEED, CELL, RISING_X, RISING_F, CURRENT = range(6)
@@ -35,6 +37,7 @@ def play(
     rate_hz: float,
     fine: int,
     out: NDArray[np.float64],
+    supply_pa: float,
 ) -> None:
     """Play set-points (n, 2); write force, displacement, current, temperature, pressure as true values at each instant.
 
@@ -66,7 +69,7 @@ def play(
         out[k, 1] = own[RISING_X] + falling_x
         out[k, 2] = mean_current
         out[k, 3] = body[damper.BODY]
-        out[k, 4] = SUPPLY_PA * (1.0 - 0.1 * abs(axis[actuator.SPOOL]))
+        out[k, 4] = supply_pa * (1.0 - 0.1 * abs(axis[actuator.SPOOL]))
         own[RISING_X], own[RISING_F] = rising_x, rising_f
         own[COMMAND], own[SPEED] = target, speed
 
@@ -106,6 +109,7 @@ class SimulatedPlant:
         self._machine = machine or Actuator()
         self._runs = 0
         self.jammed = False  # whether the valve is stuck
+        self._supply = 1.0  # share of SUPPLY_PA
         self.set_rate(1000.0)
         body = np.zeros(damper.STATE)
         body[damper.BODY], body[damper.SIGN], body[damper.TRAVEL] = start_degc, 1.0, 1.0
@@ -115,6 +119,10 @@ class SimulatedPlant:
         """Sample at another rate; the fine step stays near 1/16 ms."""
         self._skew.past = None
         self._rate_hz, self._fine = rate_hz, math.ceil(INNER_HZ / rate_hz)
+
+    def set_stage(self, stage: PressureStage) -> None:
+        """Supply low or high pressure: force falls with it, speed with its root."""
+        self._supply = LOW_SUPPLY if stage is PressureStage.LOW else 1.0
 
     def heat(self, degc: float) -> None:
         """Set the temperature of the damper."""
@@ -129,7 +137,7 @@ class SimulatedPlant:
         truth = np.empty((setpoints.shape[0], 5))
         state = self._state
         play(
-            self._machine._replace(speed_m_s=JAMMED_M_S) if self.jammed else self._machine,
+            self._supplied(),
             self._specimen,
             state.axis,
             state.body,
@@ -138,8 +146,14 @@ class SimulatedPlant:
             self._rate_hz,
             self._fine,
             truth,
+            SUPPLY_PA * self._supply,
         )
         return read(self._skew.late(truth, self._rate_hz), self._noise, state.random)
+
+    def _supplied(self) -> Actuator:
+        machine = self._machine
+        speed = JAMMED_M_S if self.jammed else machine.speed_m_s * math.sqrt(self._supply)
+        return machine._replace(speed_m_s=speed, stall_n=machine.stall_n * self._supply)
 
     def snapshot(self) -> object:
         s = self._state

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 
 from rigctl import modbus_map as table
@@ -17,53 +19,92 @@ class RegisterDevice:
         self._rig = rig
         self._acknowledged = self._refused_command = 0
         self._refused = False
+        self._handlers = {
+            (block.address, block.count): handler
+            for block, handler in (
+                (table.CONTROL, self._command),
+                (table.LEASE, self._lease),
+                (table.CLAIM, self._claim),
+                (table.RELEASE, self._release),
+                (table.CONFIGURATION, self._configure),
+            )
+        }
 
     def write(self, address: int, words: list[int]) -> None:
         """Execute a write; RequestRefused, LimitError or OverflowError where that is not possible."""
-        if address == table.CONTROL.address and len(words) == table.CONTROL.count:
-            self._command(words)
-        elif address == table.CONFIGURATION.address and len(words) == table.CONFIGURATION.count:
-            self._rig.configure(table.configuration_from(table.CONFIGURATION.decode(words)))
+        handler = self._handlers.get((address, len(words)))
+        if handler is not None:
+            handler(words)
         elif address == table.WRITE_HEADER.address:
             self._stream(words)
-        elif address == table.HEARTBEAT_ADDRESS and len(words) == 1:
-            self._rig.poll(words[0])
         else:
             raise RequestRefused(f"a write of {len(words)} words at 0x{address:04X} is no command of this rig")
 
     def _command(self, words: list[int]) -> None:
         values = {name: float(value) for name, value in table.CONTROL.decode(words).items()}
-        control, heartbeat, command = (int(values[name]) for name in ("control", "heartbeat", "command"))
+        control, session, command = (int(values[name]) for name in ("control", "session", "command"))
         if Control.RESET in Control(control) and int(values["reset_key"]) != table.RESET_KEY:
             raise RequestRefused("a reset needs its key")
-        if int(values["mode"]) == table.MODE_DIRECT:
-            self.direct(values["direct_displacement_m"], values["direct_current_a"], heartbeat, command)
+        if int(values["mode"]) == table.MODE_JOG:
+            self.jog(values["direct_displacement_m"], session, command)
+        elif int(values["mode"]) == table.MODE_DIRECT:
+            self.direct(values["direct_displacement_m"], values["direct_current_a"], session, command)
         else:
-            self.command(Control(control), int(values["run_id"]), heartbeat, command)
+            self.command(Control(control), int(values["run_id"]), session, command)
 
-    def command(self, control: Control, run_id: int, heartbeat: int, command: int) -> None:
-        """Execute a control word and acknowledge its number."""
-        self._rig.command(control, run_id, heartbeat)
-        self._acknowledged = command
+    def command(self, control: Control, run_id: int, session: int, command: int) -> None:
+        """Execute a command and acknowledge its number, or report the refusal."""
+        with self._numbered(session, command):
+            self._rig.command(control, run_id, session, command)
 
-    def direct(self, displacement_m: float, current_a: float, heartbeat: int, command: int) -> None:
+    def direct(self, displacement_m: float, current_a: float, session: int, command: int) -> None:
         """Travel and acknowledge the number, or report the refusal."""
+        with self._numbered(session, command):
+            self._rig.direct(displacement_m, current_a, session, command)
+
+    def jog(self, displacement_m: float, session: int, command: int) -> None:
+        """Jog and acknowledge the number, or report the refusal."""
+        with self._numbered(session, command):
+            self._rig.jog(displacement_m, session, command)
+
+    @contextmanager
+    def _numbered(self, session: int, command: int) -> Iterator[None]:
+        """Acknowledge a command of the master where it was executed; report it as refused where it was not."""
+        if not self._rig.master.owns(session):
+            yield  # nobody waits for an acknowledgement of this number
+            return
         try:
-            self._rig.direct(displacement_m, current_a, heartbeat)
+            yield
         except RequestRefused:
-            self._refused_command = command
+            if command == self._rig.master.last_command:
+                self._refused_command = command
             raise
-        self._acknowledged = command
+        if command != self._refused_command:
+            self._acknowledged = command
+
+    def _lease(self, words: list[int]) -> None:
+        self._rig.poll(*words)
+
+    def _claim(self, words: list[int]) -> None:
+        self._rig.claim(words[0] << 16 | words[1])
+        self._acknowledged = self._refused_command = 0
+
+    def _release(self, words: list[int]) -> None:
+        self._rig.release(*words)
+
+    def _configure(self, words: list[int]) -> None:
+        values = table.CONFIGURATION.decode(words)
+        configuration = table.configuration_from(values)
+        self._rig.configure(configuration, int(values["session"]), int(values["command"]))
 
     def _stream(self, words: list[int]) -> None:
-        window = table.decode_write(words)
+        window = table.decode_write(words, following=self._rig.controller.fifo.following)
         self._refused = window is None
         if window is None:
             self._rig.crc_errors += 1
             return
-        reply = self._rig.exchange(
-            window.block, window.run_id, window.captured, window.heartbeat, table.CAPTURE_SAMPLES
-        )
+        self._rig.beat(window.session, window.heartbeat)
+        reply = self._rig.exchange(window.block, window.run_id, window.captured, window.session, table.CAPTURE_SAMPLES)
         self._refused = reply.refused
 
     def read(self, address: int, count: int) -> list[tuple[table.Block, list[int]]]:
@@ -89,7 +130,10 @@ class RegisterDevice:
         return table.IDENTITY.encode({"magic": table.MAGIC, **{name: getattr(identity, name) for name in own}})
 
     def _machine_limits(self) -> list[int]:
-        return table.MACHINE_LIMITS.encode(asdict(self._rig.identity().limits))
+        identity = self._rig.identity()
+        low = identity.low_pressure
+        speed, force = (0.0, 0.0) if low is None else (low.velocity_m_s, low.force_n)
+        return table.MACHINE_LIMITS.encode({**asdict(identity.limits), "low_velocity_m_s": speed, "low_force_n": force})
 
     def _configuration(self) -> list[int]:
         return table.CONFIGURATION.encode(table.configuration_values(self._rig.controller.configuration))
@@ -108,6 +152,10 @@ class RegisterDevice:
                 "command_refused": self._refused_command,
                 "detector": status.detector,
                 "standing": int(self._rig.controller.standing),
+                "session": status.session,
+                "nonce": self._rig.master.nonce,
+                "foreign": self._rig.master.foreign % 0x10000,
+                "pressure_stage": status.stage.value,
             }
         )
 
@@ -144,5 +192,6 @@ class RegisterDevice:
             "last_accepted": reply.last_accepted,
             "fifo_free": reply.fifo_free,
             "consumed": reply.consumed,
+            "session": self._rig.master.session,
         }
         return table.encode_read(head, reply.capture, self._refused, reply.heartbeat)

@@ -3,20 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from rigctl.device import Control, Fault, RigState
-from rigctl.limits import Configuration, Limits
+from rigctl.limits import Configuration, Limits, LowPressure
+from rigctl.modbus_map import MAP_VERSION
+from rigctl.scaling import SAMPLE_RATE_HZ
+from rigctl.session import NOBODY
 from rigctl.transport import HEARTBEATS, Capability, Identity, Reply, SetpointBlock, Status
 from sim_rig.clock import Pace
-from sim_rig.controller import Controller, Plant
+from sim_rig.controller import UNPOWERED, Controller, Plant
+from sim_rig.errors import RequestRefused
 from sim_rig.faults import FaultKind, Faults
 from sim_rig.fifo import CAPTURE_SAMPLES, FIFO_SAMPLES
+from sim_rig.master import Master
 
 POLL_SAMPLES = 100  # samples by which a poll advances a waiting clock between runs
 POLL_S = 0.01  # shortest interval between polls of a host
-MACHINE = Limits()
+# 25 kN on 60 kg of piston and rod and 40 kg of fixture: 250 m/s². The valve (2.4 m/s, 120 Hz) could do more.
+MACHINE = replace(Limits(), acceleration_m_s2=250.0)
+LOW_PRESSURE = LowPressure(velocity_m_s=0.01, force_n=2.5e3)
+"""10 mm/s is the reduced speed of presses under hold-to-run control (EN 693); a tenth of the force limit holds a
+fixture of 100 kg with its friction, and is less than the low supply can push (sim_rig.plant.LOW_SUPPLY)."""
 PATIENCE_S = 5.0
+WATCHDOG_S = (0.25, 10.0)  # the host's silence that a configuration may allow
 POWERED = (RigState.HOLD, RigState.ACTIVE)
+FAULT_HOLD_S = 10.0
+"""How long the pressure stays on after a fault for which nobody has cared. A host that lives switches it off within a
+second; longer only heats the oil, shorter takes from an operator the time to look at a rig that stands still."""
 
 
 class SimulatedRig:
@@ -34,18 +48,18 @@ class SimulatedRig:
     ) -> None:
         self._now, self._pace = now, Pace(speed, now)
         self._plant, self.faults = plant, faults or Faults()
-        self.controller = Controller(plant, MACHINE, waits=self._pace.waits, fifo_samples=fifo_samples)
+        self.controller = Controller(plant, MACHINE, LOW_PRESSURE, waits=self._pace.waits, fifo_samples=fifo_samples)
         self.starts = 1  # number of times it was switched on
         self._serial = serial
-        self._beat_value, self._beat_at = -1, now()
-        self._polled = -1
+        self.master = Master(now)
+        self._held_since: float | None = None  # in FAULT_HOLD
         self.crc_errors = 0
         self.heartbeat = 0
         self._dark = False
 
     def identity(self) -> Identity:
         return Identity(
-            map_version=1,
+            map_version=MAP_VERSION,
             vendor="damper-rig",
             model="sim_rig",
             serial=self._serial,
@@ -56,43 +70,80 @@ class SimulatedRig:
             capture_samples=CAPTURE_SAMPLES,
             capabilities=Capability.CURRENT | Capability.SIMULATED,
             limits=MACHINE,
+            low_pressure=LOW_PRESSURE,
+            rate_step_hz=SAMPLE_RATE_HZ,
         )
 
-    def configure(self, configuration: Configuration) -> None:
-        """Apply a configuration; RequestRefused where the state or the machine does not allow it."""
-        self.controller.configure(configuration)
-        self._pace.restart(configuration.sample_rate_hz)
+    def claim(self, nonce: int) -> None:
+        """Begin the session of a host; RequestRefused where another one commands the rig."""
+        powered = self.controller.state in (*POWERED, RigState.FAULT_REACTION)
+        if self.master.claim(nonce, powered=powered):
+            self.controller.begin_session(self.master.session)
 
-    def command(self, control: Control, run_id: int, heartbeat: int) -> None:
-        self.beat(heartbeat)
-        before = self.controller.state
-        self.controller.command(control, run_id)
-        if before not in POWERED:
-            self._beat_at = self._now()  # supervision begins with power on
+    def release(self, session: int, number: int) -> None:
+        """End a session; RequestRefused where the rig has power."""
+        if self.master.obeys(session, number):
+            if self.controller.state not in UNPOWERED:
+                raise RequestRefused(f"the session cannot end in {self.controller.state.name}: send DISABLE first")
+            self.master.end()
 
-    def direct(self, displacement_m: float, current_a: float, heartbeat: int) -> None:
-        self.beat(heartbeat)
-        self.controller.direct(displacement_m, current_a)
+    def stop(self) -> None:
+        """Stop and switch the power off, whoever asks; the session ends, so that nothing that is in transit starts."""
+        self.controller.command(Control.DISABLE, 0)
+        self.master.end()
 
-    def poll(self, heartbeat: int) -> None:
+    def configure(self, configuration: Configuration, session: int, number: int) -> None:
+        """Apply a configuration; RequestRefused where the session, the state or the machine does not allow it."""
+        if self.master.obeys(session, number):
+            identity = self.identity()
+            if not identity.sample_rate_min_hz <= configuration.sample_rate_hz <= identity.sample_rate_max_hz:
+                raise RequestRefused(f"sample rate {configuration.sample_rate_hz:g} Hz is not played here")
+            if not WATCHDOG_S[0] <= configuration.heartbeat_s <= WATCHDOG_S[1]:
+                raise RequestRefused(f"a watchdog of {configuration.heartbeat_s:g} s is not allowed here")
+            self.controller.configure(configuration)
+            self._pace.restart(configuration.sample_rate_hz)
+
+    def command(self, control: Control, run_id: int, session: int, number: int) -> None:
+        """Obey a command of the master; DISABLE without a session is a stop, from anybody."""
+        if session == NOBODY and control == Control.DISABLE:
+            self.stop()
+        elif self.master.obeys(session, number):
+            before = self.controller.state
+            self.controller.command(control, run_id)
+            if before not in POWERED:
+                self.master.supervise()  # supervision begins with power on
+
+    def direct(self, displacement_m: float, current_a: float, session: int, number: int) -> None:
+        if self.master.obeys(session, number):
+            self.controller.direct(displacement_m, current_a)
+
+    def jog(self, displacement_m: float, session: int, number: int) -> None:
+        if self.master.obeys(session, number):
+            self.controller.jog(displacement_m)
+
+    def poll(self, session: int, beat: int) -> None:
         """Accept a heartbeat; between runs a waiting clock advances by a fixed number of samples.
 
         The number does not depend on when the poll arrives, so neither do the measurements; a repeated one counts once.
         """
-        repeated, self._polled = heartbeat == self._polled, heartbeat
-        self.beat(heartbeat)
+        new = self.beat(session, beat)
         if not self._pace.waits or self.controller.state is RigState.ACTIVE:
             self.tick()
-        elif not repeated:
+        elif new:
             self._pace.take(self.controller.advance(self._pace.at_most(POLL_SAMPLES, POLL_S)))
 
-    def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, heartbeat: int, most: int) -> Reply:
+    def beat(self, session: int, beat: int) -> bool:
+        """Accept a heartbeat of the master; anybody else's, or one that was used before, has no effect."""
+        return self.master.beat(session, beat)
+
+    def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, session: int, most: int) -> Reply:
         """Accept a block, drop acknowledged samples, advance, and return the next captured samples."""
         controller = self.controller
-        self.beat(heartbeat)
-        refused = block is not None and not controller.accept(block)
-        controller.acknowledge(run_id, captured)
-        if controller.store.backlog < most and (controller.state is RigState.ACTIVE or not self._pace.waits):
+        owned = self.master.owns(session)
+        refused = block is not None and not (owned and controller.accept(block))
+        controller.acknowledge(session, run_id, captured)
+        flows = controller.state is RigState.ACTIVE or not self._pace.waits
+        if owned and controller.store.backlog < most and flows:
             self._advance()
         return self.reply(refused, most)
 
@@ -107,6 +158,7 @@ class SimulatedRig:
             consumed=controller.fifo.consumed,
             refused=refused,
             heartbeat=self.heartbeat % HEARTBEATS,
+            owned=True,
             capture=controller.fetch(most),
         )
 
@@ -115,10 +167,12 @@ class SimulatedRig:
         force, displacement, current, temperature, pressure = (float(value) for value in controller.measured)
         return Status(
             state=controller.state,
+            stage=controller.stage,
             faults=controller.faults,
             first_fault=controller.first_fault,
             detector=controller.detector,
             run_id=controller.fifo.run_id,
+            session=self.master.session,
             heartbeat=self.heartbeat,
             fifo_level=controller.fifo.level,
             last_accepted=controller.fifo.last_accepted,
@@ -144,13 +198,23 @@ class SimulatedRig:
         if not self.faults.has_begun(FaultKind.HEARTBEAT):
             self.heartbeat = (self.heartbeat + 1) % 0x10000
         controller = self.controller
-        silent = self._now() - self._beat_at
+        silent = self.master.silent_s
         # A rig whose clock waits for the host does not move meanwhile, so its watchdog may be slower.
         patience = max(controller.configuration.heartbeat_s, PATIENCE_S if self._pace.waits else 0.0)
         if controller.state in POWERED and silent > patience:
             controller.fail(Fault.HEARTBEAT)
+        self._release_pressure()
         if not self._pace.waits or controller.state.moving:
             self._advance()
+
+    def _release_pressure(self) -> None:
+        """Switch the pressure off in FAULT_HOLD after FAULT_HOLD_S."""
+        if self.controller.state is not RigState.FAULT_HOLD:
+            self._held_since = None
+        elif self._held_since is None:
+            self._held_since = self._now()
+        elif self._now() - self._held_since >= FAULT_HOLD_S:
+            self.controller.release_pressure()
 
     def _apply_faults(self) -> None:
         """Apply ordered faults that do not belong to a sample: emergency stop, loss of power."""
@@ -172,11 +236,12 @@ class SimulatedRig:
         self.controller = Controller(
             self._plant,
             MACHINE,
+            LOW_PRESSURE,
             waits=self._pace.waits,
             at_m=float(self.controller.measured[1]),
             fifo_samples=self.controller.fifo.capacity,
         )
-        self._beat_value, self._beat_at = -1, self._now()
+        self.master.end()
 
     def _advance(self) -> None:
         if self._dark:
@@ -185,8 +250,3 @@ class SimulatedRig:
         if self._pace.waits and self.controller.state is RigState.ACTIVE:
             due = min(due, self.controller.fifo.level)  # not beyond the end of the stream
         self._pace.take(self.controller.advance(due))
-
-    def beat(self, heartbeat: int) -> None:
-        """Note the host's heartbeat, a counter that increases."""
-        if heartbeat != self._beat_value:
-            self._beat_value, self._beat_at = heartbeat, self._now()

@@ -5,27 +5,27 @@ from __future__ import annotations
 from rigctl.device import Control, RigState
 
 S = RigState
+COMMANDS = (Control.DISABLE, Control.HOLD, Control.ACTIVATE)
 
 
 def after_command(state: RigState, control: Control, at_rest: bool) -> RigState:
-    """Return the state that a control word leads to now; called again with `at_rest`, the next one.
+    """Return the state that a command leads to now; after DISABLE it is asked again once the axis is at rest.
 
-    Nothing skips a state: DISABLED → HOLD → ACTIVE, and power is switched off only at rest.
+    Nothing skips a state: DISABLED → HOLD → ACTIVE, and power is switched off only at rest. A control word that is no
+    command changes nothing.
     """
-    wants_hold = Control.H in control and Control.D in control
-    wants_motion = wants_hold and Control.M in control
-    match state:
-        case S.INIT if Control.D in control:
+    match state, control:
+        case S.INIT, Control.DISABLE:
             return S.DISABLED
-        case S.DISABLED if wants_hold:
+        case S.DISABLED, Control.HOLD:
             return S.HOLD
-        case S.HOLD if wants_motion and at_rest:
+        case S.HOLD, Control.ACTIVATE if at_rest:
             return S.ACTIVE
-        case S.HOLD if not wants_hold and at_rest:
+        case S.HOLD, Control.DISABLE if at_rest:
             return S.DISABLED
-        case S.ACTIVE if not wants_motion:
+        case S.ACTIVE, Control.HOLD | Control.DISABLE:
             return S.HOLD
-        case S.FAULT_HOLD if not wants_hold:
+        case S.FAULT_HOLD, Control.DISABLE:
             return S.FAULT_DISABLED
     return state
 
@@ -40,5 +40,5 @@ def after_fault(state: RigState, hydraulic: bool) -> RigState:
 
 
 def after_reset(state: RigState) -> RigState:
-    """Return the state after a reset whose cause is gone; only an inactive device resets."""
-    return {S.FAULT_DISABLED: S.DISABLED, S.FAULT_HOLD: S.HOLD}.get(state, state)
+    """Return the state after a reset whose cause is gone; only an inactive device resets, and it has no power then."""
+    return {S.FAULT_DISABLED: S.DISABLED, S.FAULT_HOLD: S.DISABLED}.get(state, state)

@@ -41,6 +41,7 @@ def test_the_wheel_holds_the_five_packages_and_nothing_else() -> None:
         "api/demo/data/mr_utfpr/NOTICE.md",
         "api/demo/data/mr_utfpr/ensaio_A_1.h5",
         "api/demo/data/viscous.json",
+        "identification/discrepancy/confidence.json",
     ):
         assert due in files, due
 

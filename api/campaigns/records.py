@@ -8,12 +8,14 @@ from enum import StrEnum
 from typing import Any
 
 from api.campaigns.orders import Asked
+from api.campaigns.rigs import Rig
 
 __all__ = [
     "Campaign",
     "CampaignState",
     "CampaignTest",
     "Event",
+    "Pause",
     "RigRecord",
     "TestState",
 ]
@@ -65,9 +67,14 @@ class Campaign:
     number: int  # the order of acceptance
     id: str
     name: str
-    rig: str
+    rig: str  # the address that it had when the campaign was accepted
+    rig_id: str
+    created_by: str  # empty: not known
     specimen: str
     interlocks: tuple[str, ...]
+    envelopes: tuple[Mapping[str, Any], ...]  # Any: JSON, as TOML has it
+    setup: Mapping[str, Any]  # any JSON object: the keys of `PREPARED`
+    question: str  # what it asks its operator; empty: nothing
     warm_up: Mapping[str, Any] | None  # any JSON object, as the configuration of a test is
     state: CampaignState
     reason: str  # why it failed or was aborted
@@ -88,10 +95,29 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RigRecord:
-    """One rig: which worker drives it and what waits for it."""
+class Pause:
+    """Why no campaign of a rig starts, and since when."""
 
-    url: str
+    reason: str
+    at_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigRecord:
+    """One rig with its queue: which worker drives it, what waits for it, and whether its queue is paused."""
+
+    rig: Rig
     worker: str  # empty: nobody holds it
     running: str  # id of the running campaign; empty: none
     accepted: int  # campaigns that wait
+
+    @property
+    def url(self) -> str:
+        return self.rig.address
+
+    @property
+    def pause(self) -> Pause | None:
+        """Why no campaign starts; None: the next one starts as soon as the rig is free."""
+        if self.rig.paused_reason is None:
+            return None
+        return Pause(reason=self.rig.paused_reason, at_s=self.rig.paused_at_s or 0.0)

@@ -3,24 +3,66 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 from uuid import uuid4
 
-from sqlalchemy import ColumnElement, Connection, Row, Select, func, select, update
+from sqlalchemy import ColumnElement, Connection, Row, Select, select, update
 
 from api.campaigns.new_campaign import NewCampaign
 from api.campaigns.orders import ENDS, Asked, combine
-from api.campaigns.records import Campaign, CampaignState, CampaignTest, Event, RigRecord, TestState
+from api.campaigns.questions import give_answer
+from api.campaigns.queues import may_start
+from api.campaigns.records import Campaign, CampaignState, CampaignTest, Event, TestState
+from api.campaigns.rigs import Rig, ensure_rig
 from api.errors import Conflict
 from api.store.campaign_numbers import campaign_number, unknown_campaign
 from api.store.clock import now
 from api.store.database import Database
-from api.store.leases import holders
-from api.store.tables import campaigns, events, tests
+from api.store.many_rows import ManyRows
+from api.store.tables import campaigns, events, rigs, tests
 
-__all__ = ["OPEN_STATES", "CampaignStore", "end_campaign", "read_campaign", "record_event", "rig_resource"]
+__all__ = [
+    "OPEN_STATES",
+    "CampaignStore",
+    "Placed",
+    "end_campaign",
+    "insert_campaigns",
+    "read_campaign",
+    "record_event",
+    "rig_resource",
+    "wait_again",
+]
 
+_ACCEPTED = ManyRows(
+    campaigns,
+    (
+        *("id", "name", "rig", "rig_id", "created_by", "specimen", "warm_up", "setup", "interlocks", "envelopes"),
+        *("state", "reason"),
+    ),
+    computed={"created_at_s": now()},
+    returning=("id", "number", "created_at_s"),
+)
+_TESTS = ManyRows(
+    tests,
+    (
+        *("campaign", "position", "name", "config", "held_out", "duration_s", "state", "phase", "samples"),
+        *("total_samples", "text"),
+    ),
+)
+_EVENTS = ManyRows(events, ("campaign", "text"), computed={"at_s": now()})
+_FRESH = {"asked": Asked.NOTHING, "question": "", "answer": None, "started_at_s": None, "ended_at_s": None}
 OPEN_STATES = (CampaignState.ACCEPTED, CampaignState.RUNNING)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Placed:
+    """A campaign that is to be stored, and the registered rig that it is for."""
+
+    new: NewCampaign
+    rig: Rig
+    created_by: str = ""
 
 
 class CampaignStore:
@@ -29,24 +71,14 @@ class CampaignStore:
     def __init__(self, database: Database) -> None:
         self._database = database
 
-    def create(self, new: NewCampaign) -> Campaign:
-        """Store a new campaign."""
+    def create(self, new: NewCampaign, *, created_by: str = "") -> Campaign:
+        """Store a new campaign; a rig whose address is not registered is registered on the way.
+
+        Raises InputError where its rig is neither a registered one nor an address.
+        """
         with self._database.writing() as connection:
-            row = campaigns.insert().values(
-                id=uuid4().hex,
-                name=new.name,
-                rig=new.rig,
-                specimen=new.specimen,
-                warm_up=new.warm_up,
-                interlocks=new.interlocks,
-                state=CampaignState.ACCEPTED,
-                reason="",
-                created_at_s=now(),
-            )
-            number = connection.scalars(row.returning(campaigns.c.number)).one()
-            connection.execute(tests.insert(), [_test_row(number, k, new) for k in range(len(new.plan.tests))])
-            record_event(connection, number, "accepted")
-            return read_campaign(connection, campaigns.c.number == number)
+            placed = Placed(new=new, rig=ensure_rig(connection, new.rig), created_by=created_by)
+            return insert_campaigns(connection, [placed])[0]
 
     def campaign(self, campaign_id: str) -> Campaign:
         """One campaign; raises NotFound."""
@@ -91,6 +123,20 @@ class CampaignStore:
                     raise Conflict(f"campaign {campaign_id} is {row.state}: only {which} can {_verb(wish)}")
             return read_campaign(connection, campaigns.c.number == row.number)
 
+    def answer(self, campaign_id: str, answer: str, question: str | None = None) -> Campaign:
+        """Answer what a running campaign asks its operator.
+
+        Raises NotFound, and Conflict where it asks nothing, or another question than `question`.
+        """
+        with self._database.writing() as connection:
+            query = select(campaigns).where(campaigns.c.id == campaign_id).with_for_update()
+            row = connection.execute(query).one_or_none()
+            if row is None:
+                raise unknown_campaign(campaign_id)
+            give_answer(connection, row, answer, question)
+            record_event(connection, row.number, f"answered {answer!r}: {row.question}")
+            return read_campaign(connection, campaigns.c.number == row.number)
+
     def events(self, campaign_id: str) -> tuple[Event, ...]:
         """What happened to a campaign, in order; raises NotFound."""
         with self._database.reading() as connection:
@@ -98,33 +144,58 @@ class CampaignStore:
             rows = connection.execute(select(events).where(events.c.campaign == number).order_by(events.c.number))
             return tuple(Event(number=row.number, at_s=row.at_s, text=row.text) for row in rows)
 
-    def rigs(self) -> tuple[RigRecord, ...]:
-        """Every rig that a campaign has named, by its address."""
-        waiting = func.sum((campaigns.c.state == CampaignState.ACCEPTED).cast(campaigns.c.number.type))
-        query = select(campaigns.c.rig, waiting.label("accepted")).group_by(campaigns.c.rig).order_by(campaigns.c.rig)
-        with self._database.reading() as connection:
-            workers = holders(connection)
-            running = {
-                row.rig: row.id
-                for row in connection.execute(
-                    select(campaigns.c.rig, campaigns.c.id).where(campaigns.c.state == CampaignState.RUNNING)
-                )
-            }
-            return tuple(
-                RigRecord(
-                    url=row.rig,
-                    worker=workers.get(rig_resource(row.rig), ""),
-                    running=running.get(row.rig, ""),
-                    accepted=int(row.accepted),
-                )
-                for row in connection.execute(query)
-            )
+    def delete(self, campaign_id: str) -> None:
+        """Delete a campaign that waits; raises NotFound, and Conflict where it has begun or ended."""
+        with self._database.writing() as connection:
+            query = select(campaigns).where(campaigns.c.id == campaign_id).with_for_update()
+            row = connection.execute(query).one_or_none()
+            if row is None:
+                raise unknown_campaign(campaign_id)
+            if row.state != CampaignState.ACCEPTED:
+                raise Conflict(f"campaign {campaign_id} is {row.state}: only one that waits can be deleted")
+            for table in (tests, events):
+                connection.execute(table.delete().where(table.c.campaign == row.number))
+            connection.execute(campaigns.delete().where(campaigns.c.number == row.number))
+
+    def retry(self, campaign_id: str, *, created_by: str = "") -> Campaign:
+        """A new campaign that repeats one that has ended; raises NotFound, and Conflict where it has not ended."""
+        with self._database.writing() as connection:
+            old = read_campaign(connection, campaigns.c.id == campaign_id, campaign_id)
+            if old.state in OPEN_STATES:
+                raise Conflict(f"campaign {campaign_id} is {old.state}: only one that has ended can be repeated")
+            kept = ("name", "rig", "rig_id", "specimen", "warm_up", "interlocks", "envelopes", "setup")
+            copied = select(*(campaigns.c[name] for name in kept)).where(campaigns.c.number == old.number)
+            values = connection.execute(copied).one()._asdict()
+            fresh = {"id": uuid4().hex, "state": CampaignState.ACCEPTED, "reason": "", "created_by": created_by}
+            row = campaigns.insert().values(**values, **fresh, created_at_s=now())
+            number = connection.scalars(row.returning(campaigns.c.number)).one()
+            connection.execute(tests.insert(), [_again(number, test) for test in old.tests])
+            record_event(connection, number, f"accepted: repeats campaign {old.id}")
+            return read_campaign(connection, campaigns.c.number == number)
 
     def rigs_with_work(self) -> tuple[str, ...]:
-        """The rigs that have a campaign which has not ended."""
-        query = select(campaigns.c.rig).where(campaigns.c.state.in_(OPEN_STATES)).distinct()
+        """The addresses of the rigs with a campaign that runs, or one that waits and may start."""
+        joined = select(rigs.c.address).join(campaigns, campaigns.c.rig_id == rigs.c.id)
+        query = joined.where((campaigns.c.state == CampaignState.RUNNING) | may_start()).distinct()
         with self._database.reading() as connection:
-            return tuple(connection.scalars(query.order_by(campaigns.c.rig)))
+            return tuple(connection.scalars(query.order_by(rigs.c.address)))
+
+
+def insert_campaigns(connection: Connection, placed: Sequence[Placed]) -> list[Campaign]:
+    """Store new campaigns, with three statements for all of them."""
+    rows = [_campaign_row(one) for one in placed]
+    made = {row.id: row._asdict() for row in _ACCEPTED.insert(connection, rows)}
+    numbers = [made[row["id"]]["number"] for row in rows]
+    tests_of = [
+        [_test_row(number, position, one.new) for position in range(len(one.new.plan.tests))]
+        for number, one in zip(numbers, placed, strict=True)
+    ]
+    _TESTS.insert(connection, [row for of in tests_of for row in of])
+    _EVENTS.insert(connection, [{"campaign": number, "text": "accepted"} for number in numbers])
+    return [
+        _campaign(SimpleNamespace(**_FRESH, **row | made[row["id"]]), [_new_test(test) for test in of])
+        for row, of in zip(rows, tests_of, strict=True)
+    ]
 
 
 def _ask_running(connection: Connection, row: Row[Any], wish: Asked, reason: str) -> None:
@@ -141,9 +212,9 @@ def _verb(wish: Asked) -> str:
     return {Asked.NOTHING: "resume", Asked.ABORT: "be aborted"}.get(wish, str(wish))
 
 
-def rig_resource(rig: str) -> str:
-    """The resource of a lease on a rig."""
-    return f"rig {rig}"
+def rig_resource(key: str) -> str:
+    """The resource of a lease on a rig, by its key: that of its serial number, as soon as it has said it."""
+    return f"rig {key}"
 
 
 def record_event(connection: Connection, number: int, text: str) -> None:
@@ -153,13 +224,30 @@ def record_event(connection: Connection, number: int, text: str) -> None:
 
 def end_campaign(connection: Connection, number: int, state: CampaignState, reason: str) -> None:
     """End a campaign: a running test ends like the campaign, waiting tests are skipped."""
-    _set(connection, number, state=state, reason=reason, asked=Asked.NOTHING, ended_at_s=now())
+    _set(
+        connection, number, state=state, reason=reason, asked=Asked.NOTHING, question="", answer=None, ended_at_s=now()
+    )
     last = TestState.ABORTED if state is CampaignState.ABORTED else TestState.FAILED
     for before, after in ((TestState.RUNNING, last), (TestState.WAITING, TestState.SKIPPED)):
         connection.execute(
             update(tests).where(tests.c.campaign == number, tests.c.state == before).values(state=after, phase="")
         )
     record_event(connection, number, f"{state}: {reason}" if reason else str(state))
+
+
+def wait_again(connection: Connection, number: int, reason: str) -> None:
+    """Let a campaign that was taken, and has not begun, wait as before."""
+    fresh = {
+        "state": CampaignState.ACCEPTED,
+        "asked": Asked.NOTHING,
+        "abort_reason": None,
+        "question": "",
+        "answer": None,
+    }
+    _set(connection, number, **fresh, started_at_s=None)
+    waiting = {"state": TestState.WAITING, "phase": "", "samples": 0, "text": ""}
+    connection.execute(update(tests).where(tests.c.campaign == number).values(**waiting))
+    record_event(connection, number, f"waits again: {reason}")
 
 
 def read_campaign(connection: Connection, where: ColumnElement[bool], name: str = "") -> Campaign:
@@ -182,15 +270,20 @@ def _read_campaigns(connection: Connection, query: Select[Any]) -> tuple[Campaig
     return tuple(_campaign(row, of[row.number]) for row in rows)
 
 
-def _campaign(row: Row[Any], of: Sequence[CampaignTest]) -> Campaign:
+def _campaign(row: Row[Any] | SimpleNamespace, of: Sequence[CampaignTest]) -> Campaign:
     return Campaign(
         number=row.number,
         id=row.id,
         name=row.name,
         rig=row.rig,
+        rig_id=row.rig_id,
+        created_by=row.created_by,
         specimen=row.specimen,
+        setup=row.setup,
+        question=row.question if row.answer is None else "",
         warm_up=row.warm_up,
         interlocks=tuple(row.interlocks),
+        envelopes=tuple(row.envelopes),
         state=CampaignState(row.state),
         reason=row.reason,
         asked=Asked(row.asked),
@@ -214,6 +307,34 @@ def _test(row: Row[Any]) -> CampaignTest:
         total_samples=row.total_samples,
         text=row.text,
     )
+
+
+def _new_test(row: dict[str, Any]) -> CampaignTest:
+    return CampaignTest(**{name: value for name, value in row.items() if name != "campaign"})
+
+
+def _again(number: int, test: CampaignTest) -> dict[str, Any]:
+    same = {name: getattr(test, name) for name in ("position", "name", "held_out", "duration_s", "total_samples")}
+    fresh = {"state": TestState.WAITING, "phase": "", "samples": 0, "text": ""}
+    return {"campaign": number, "config": dict(test.config), **same, **fresh}
+
+
+def _campaign_row(placed: Placed) -> dict[str, Any]:
+    new = placed.new
+    return {
+        "id": uuid4().hex,
+        "name": new.name,
+        "rig": placed.rig.address,
+        "rig_id": placed.rig.id,
+        "created_by": placed.created_by,
+        "specimen": new.specimen,
+        "warm_up": new.warm_up,
+        "setup": new.prepared,
+        "interlocks": new.interlocks,
+        "envelopes": new.envelopes,
+        "state": CampaignState.ACCEPTED,
+        "reason": "",
+    }
 
 
 def _test_row(number: int, position: int, new: NewCampaign) -> dict[str, Any]:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from api.cli.options import Envelopes, RigOption, Yes
+
 if TYPE_CHECKING:
     from api.campaigns.autopilot import Round
     from excitation.plan import Test
@@ -21,26 +23,33 @@ __all__ = ["autopilot"]
 def autopilot(
     model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="Your present simulation: .json.")],
     runs: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="Runs measured so far.")],
-    rig: Annotated[str, typer.Option(help="The rig's address, for example modbus://127.0.0.1:5020.")],
+    rig: RigOption,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the runs and the report.")],
     budget: Annotated[float, typer.Option(min=1.0, help="Rig time that may be used, seconds of motion.")] = 120.0,
+    envelope: Envelopes = None,
+    yes: Yes = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
     """Find what the simulation is missing, and run the tests on the rig that make the names sure.
 
-    The tests stay within the stroke, speed and current of the given runs.
+    A rig that is not simulated moves only after you have said yes, before each test. The tests stay within the
+    stroke, speed and current of the given runs.
 
     Example: damper-rig autopilot model.json first.h5 --rig modbus://127.0.0.1:5020 -o found --budget 60
     """
     from api.campaigns.autopilot import autopilot as run_autopilot
+    from api.cli.envelopes import envelopes_for
     from api.cli.explain import report_lines
+    from api.cli.person import Terminal
+    from api.cli.start import ask_to_start
     from api.cli.terminal import answer, progress_bar
     from identification.compute import chosen
     from identification.discrepancy import explain, report_data, write_report
     from identification.physical.modelfile import read_model
-    from rigctl.player import connect, play
+    from rigctl.player import PlayerSettings, connect, play
     from rigctl.runfile import read_run
 
+    settings = PlayerSettings(envelopes=envelopes_for(envelope or (), ()))
     base = read_model(model)
     measured = [read_run(path) for path in runs]
     specimen = measured[0].specimen
@@ -52,12 +61,14 @@ def autopilot(
                 return explain(base, so_far, on_progress=lambda text, done: tell(done, text))
 
         def play_test(test: Test) -> Run:
+            ask_to_start(transport, Terminal(), f"test {test.name}", yes=yes)
             with progress_bar(test.name) as tell:
                 path = play(
                     transport,
                     test,
                     output / "runs",
                     specimen=specimen,
+                    settings=settings,
                     on_progress=lambda p: tell(p.samples / max(p.total_samples, 1), f"{p.test}: {p.phase}"),
                 )
             return read_run(path)

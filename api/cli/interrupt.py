@@ -1,4 +1,4 @@
-"""Handling of Ctrl-C and SIGTERM."""
+"""Handling of Ctrl-C, SIGTERM, SIGHUP and SIGQUIT: each ends a command in the same way."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from api.processes.signals import ending_signals
+
 __all__ = ["ignore_signals", "take_hold", "take_signals"]
 
 _AGAIN_S = 0.5  # until it is checked whether the exception was lost
-_ENDING = (signal.SIGINT, signal.SIGTERM)
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C or SIGTERM."""
+    """Ctrl-C, SIGTERM, SIGHUP or SIGQUIT."""
 
 
 class _Interruption:
@@ -46,9 +47,9 @@ class _Interruption:
 
 
 def take_signals() -> None:
-    """From now on SIGINT and SIGTERM raise Interrupted in the main thread."""
+    """From now on a signal that ends the process raises Interrupted in the main thread."""
     interruption = _Interruption()
-    for number in _ENDING:
+    for number in ending_signals():
         signal.signal(number, interruption.begin)
     if hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, interruption.raise_again)
@@ -59,7 +60,7 @@ def ignore_signals() -> None:
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, signal.SIG_IGN)
-    for number in _ENDING:
+    for number in ending_signals():
         signal.signal(number, signal.SIG_IGN)
 
 

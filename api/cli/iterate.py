@@ -1,93 +1,176 @@
-"""``damper-rig iterate``: the drive with which the measured motion equals the target."""
+"""``damper-rig iterate``: the drive with which the measured motion and current equal the target."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from api.cli.options import Envelopes, Interlocks, Operator, RigOption, Specimen, Yes
+
+if TYPE_CHECKING:
+    from excitation import TestPlan
+    from rigctl.drive_file import StoredDrive
+    from rigctl.iterate import Iterated
 
 __all__ = ["iterate"]
 
 
 def iterate(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The target motion: an excitation file or a plan.")],
-    rig: Annotated[str, typer.Option(help="The rig's address, for example modbus://127.0.0.1:5020.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The target: an excitation file or a plan.")],
+    rig: RigOption,
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder of drives, charts and run files.")],
-    tolerance: Annotated[float, typer.Option(help="Tolerance of the error, % rms of the target.")] = 1.0,
-    iterations: Annotated[int, typer.Option(help="Largest number of iterations after the plain command.")] = 5,
-    gain: Annotated[float, typer.Option(help="Share of the error that one iteration corrects.")] = 0.9,
+    tolerance: Annotated[
+        float, typer.Option(help="Tolerance of the error of each channel, % rms of its target.")
+    ] = 1.0,
+    iterations: Annotated[int, typer.Option(help="Largest number of iterations after the first round.")] = 5,
+    gain: Annotated[float, typer.Option(help="Share of the correction that one iteration makes.")] = 1.0,
     bandwidth: Annotated[
-        float | None, typer.Option(help="No correction above this frequency, Hz; default: the band of the target.")
+        float | None, typer.Option(help="No correction above this frequency, Hz; default: the band of each target.")
+    ] = None,
+    motion_only: Annotated[
+        bool, typer.Option("--motion-only", help="Iterate the displacement; play the current as commanded.")
+    ] = False,
+    start: Annotated[
+        Path | None,
+        typer.Option("--from", metavar="FILE", help="Start from this stored drive (.drive.h5) of the same target."),
     ] = None,
     cool_to: Annotated[
         float | None, typer.Option(help="Wait before each run until the damper is at or below this temperature, °C.")
     ] = None,
-    specimen: Annotated[str, typer.Option(help="Specimen, for the run files.")] = "",
-    operator: Annotated[str, typer.Option(help="Operator, for the run files.")] = "",
+    interlock: Interlocks = None,
+    envelope: Envelopes = None,
+    specimen: Specimen = "",
+    operator: Operator = "",
+    yes: Yes = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Iterate the drive of each test until the measured displacement equals the target.
+    """Iterate the drive of each test until measured displacement and current equal the target.
 
-    Writes NAME.drive.h5 (play it with 'damper-rig run'), NAME.convergence.html and a run file of each iteration.
+    Writes NAME.drive.h5 (play it with 'damper-rig run'), NAME.convergence.html and a run file of each round; drive and
+    chart after every round, so that an iteration that was interrupted continues with --from.
+    Ctrl-Z holds: the rig comes to rest under power. Ctrl-Z again resumes; no sample is lost or repeated.
     Exit status 1: the tolerance was not reached.
 
     Example: damper-rig iterate road.h5 --rig modbus://127.0.0.1:5020 -o iterated
     """
-    from dataclasses import replace
     from functools import partial
 
+    from api.cli.envelopes import envelopes_for
+    from api.cli.interrupt import take_hold
+    from api.cli.person import Terminal
     from api.cli.run import plan_of
+    from api.cli.start import ask_to_start
     from api.cli.terminal import answer, progress_display
     from rigctl.drive import IterationSettings
-    from rigctl.iterate import Iterated, Outcome, write_drive
+    from rigctl.interlocks import interlock as interlock_from
+    from rigctl.iterate import Outcome
     from rigctl.iterate import iterate as iterated_by
-    from rigctl.iterate_plot import write_convergence
-    from rigctl.player import connect, file_stem, play
+    from rigctl.limits_together import limits_together
+    from rigctl.player import PlayerSettings, connect, play
+    from rigctl.recording import rig_text
     from rigctl.warm_up import warmed_up
 
-    settings = IterationSettings(gain=gain, bandwidth_hz=bandwidth, tolerance=tolerance / 100, most=iterations)
-    plan, transport = plan_of(file), connect(rig)
-    found: list[tuple[str, Iterated]] = []
-    made: list[dict[str, Any]] = []
+    settings = IterationSettings(
+        gain=gain, bandwidth_hz=bandwidth, tolerance=tolerance / 100, most=iterations, motion_only=motion_only
+    )
+    plan = _plan_to_cool(plan_of(file), cool_to)
+    player = PlayerSettings(
+        interlocks=tuple(interlock_from(text) for text in interlock or ()),
+        envelopes=envelopes_for(envelope or (), [plan]),
+    )
+    stored = _stored_drive(start, plan, motion_only)
+    found: dict[str, Iterated] = {}
+    transport = connect(rig)
     try:
-        with progress_display() as display:
-            for asked in plan.tests:
-                test = asked if cool_to is None else replace(asked, max_temperature_degc=cool_to)
+        identity = ask_to_start(
+            transport, Terminal(), f"{len(plan.tests)} tests, up to {iterations + 1} rounds each", yes=yes
+        )
+        if stored is not None:
+            stored.check_rig(rig_text(identity))
+        with progress_display() as display, take_hold() as should_hold:
+            one = partial(
+                play, transport, should_hold=should_hold, specimen=specimen, operator=operator, settings=player
+            )
+            for test in plan.tests:
                 bar = display.add_task(test.name, total=iterations + 1)
-                one = iterated_by(
-                    partial(
-                        warmed_up,
-                        partial(play, transport, specimen=specimen, operator=operator),
-                        out_dir=output,
-                        warm_up=plan.warm_up,
-                    ),
+
+                def keep(so_far: Iterated, bar: Any = bar, name: str = test.name) -> None:
+                    _store(output, name, so_far)
+                    display.advance(bar)
+
+                found[test.name] = iterated_by(
+                    partial(warmed_up, one, out_dir=output, warm_up=plan.warm_up),
                     test,
                     settings=settings,
-                    on_step=lambda step, bar=bar: display.advance(bar),  # type: ignore[misc]  # the default binds it
+                    start=None if stored is None else stored.drive,
+                    limits=limits_together(identity.limits, None, player.envelopes, test),
+                    on_step=keep,
                 )
-                found.append((test.name, one))
-                drive = output / f"{file_stem(test.name)}.drive.h5"
-                chart = output / f"{file_stem(test.name)}.convergence.html"
-                write_drive(drive, one)
-                write_convergence(chart, test.name, one)
-                made.append(
-                    {
-                        "test": test.name,
-                        "outcome": str(one.outcome),
-                        "errors": [step.error for step in one.steps],
-                        "drive": str(drive),
-                        "chart": str(chart),
-                        "runs": [str(step.run) for step in one.steps],
-                    }
-                )
+                _store(output, test.name, found[test.name])
     finally:
         transport.close()
-    answer("\n".join(_line(name, one, made[k]["drive"]) for k, (name, one) in enumerate(found)), made, as_json=as_json)
-    if any(one.outcome is not Outcome.CONVERGED for _, one in found):
+    made = [_made(output, name, iterated) for name, iterated in found.items()]
+    answer("\n".join(_line(output, name, iterated) for name, iterated in found.items()), made, as_json=as_json)
+    if any(iterated.outcome is not Outcome.CONVERGED for iterated in found.values()):
         raise typer.Exit(1)
 
 
-def _line(name: str, iterated: Any, drive: str) -> str:  # Any: rigctl is imported only when the command runs
-    errors = " → ".join(f"{100 * step.error:.2f}" for step in iterated.steps)
-    return f"{drive}: {name}: {iterated.outcome}, error {errors} % rms"
+def _plan_to_cool(plan: TestPlan, cool_to: float | None) -> TestPlan:
+    from dataclasses import replace
+
+    if cool_to is None:
+        return plan
+    return replace(plan, tests=tuple(replace(test, max_temperature_degc=cool_to) for test in plan.tests))
+
+
+def _stored_drive(start: Path | None, plan: TestPlan, motion_only: bool) -> StoredDrive | None:
+    """The drive to start from, checked against the target; None where there is none."""
+    from rigctl.drive_file import read_drive
+    from rigctl.errors import IterationError
+
+    if start is None:
+        return None
+    if len(plan.tests) > 1:
+        raise IterationError(f"--from {start}: a stored drive is for one test, the plan has {len(plan.tests)}")
+    stored = read_drive(start)
+    stored.check_target(plan.tests[0].excitation, motion_only=motion_only)
+    return stored
+
+
+def _paths(output: Path, name: str) -> tuple[Path, Path]:
+    from rigctl.player import file_stem
+
+    return output / f"{file_stem(name)}.drive.h5", output / f"{file_stem(name)}.convergence.html"
+
+
+def _store(output: Path, name: str, iterated: Iterated) -> None:
+    from rigctl.drive_file import write_drive
+    from rigctl.iterate_plot import write_convergence
+
+    drive, chart = _paths(output, name)
+    write_drive(drive, iterated)
+    write_convergence(chart, name, iterated)
+
+
+def _made(output: Path, name: str, iterated: Iterated) -> dict[str, Any]:
+    drive, chart = _paths(output, name)
+    errors = {str(channel): [step.errors[k] for step in iterated.steps] for k, channel in enumerate(iterated.channels)}
+    return {
+        "test": name,
+        "outcome": str(iterated.outcome),
+        "errors": errors.get("displacement", []),
+        "current_errors": errors.get("current", []),
+        "drive": str(drive),
+        "chart": str(chart),
+        "runs": [str(step.run) for step in iterated.steps],
+    }
+
+
+def _line(output: Path, name: str, iterated: Iterated) -> str:
+    errors = ", ".join(
+        f"{channel} {' → '.join(f'{100 * step.errors[k]:.2f}' for step in iterated.steps)}"
+        for k, channel in enumerate(iterated.channels)
+    )
+    return f"{_paths(output, name)[0]}: {name}: {iterated.outcome}, error {errors} % rms"

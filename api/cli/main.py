@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from typing import NoReturn
 
 import typer
 
+from api.cli.align import align
 from api.cli.arguments import repeat_options
 from api.cli.autopilot import autopilot
+from api.cli.campaign import campaign
 from api.cli.characterise import characterise
 from api.cli.compare import compare
 from api.cli.convert import convert
@@ -21,13 +24,17 @@ from api.cli.explain import explain
 from api.cli.fit import fit
 from api.cli.interrupt import ignore_signals, take_signals
 from api.cli.iterate import iterate
+from api.cli.key import key
 from api.cli.recover import recover
 from api.cli.report import report
+from api.cli.rig import rig
 from api.cli.run import run as run_tests
 from api.cli.score import score
 from api.cli.serve import serve
 from api.cli.sim import sim
 from api.cli.simulate import simulate
+from api.cli.store import store
+from api.cli.worker import worker
 
 __all__ = ["main", "run"]
 
@@ -45,6 +52,8 @@ app.command()(sim)
 app.command("run")(run_tests)
 app.command()(iterate)
 app.command()(recover)
+app.add_typer(rig)
+app.command()(align)
 app.command()(fit)
 app.command()(simulate)
 app.command()(score)
@@ -55,6 +64,10 @@ app.command()(autopilot)
 app.command()(characterise)
 app.command()(convert)
 app.command()(serve)
+app.command()(worker)
+app.add_typer(key)
+app.add_typer(store)
+app.add_typer(campaign)
 
 # typer keeps click inside or outside of itself, depending on its version: this finds the class either way
 _USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]
@@ -77,40 +90,47 @@ def run() -> NoReturn:
     take_signals()
     # Before numpy is imported: on small matrices several threads take three times as long and round differently.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    status = main(sys.argv[1:])
-    ignore_signals()
+    status = main(sys.argv[1:], settled=ignore_signals)
     try:
         sys.stdout.flush()
-    except BrokenPipeError:  # the reader of our output has ended
+    except OSError:  # the reader of our output has ended, or the terminal was closed
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         status = status or 1
     sys.exit(status)
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Run one command line and return its exit status; errors are one line on standard error."""
+def main(arguments: Sequence[str], *, settled: Callable[[], None] = lambda: None) -> int:
+    """Run one command line and return its exit status; errors are one line on standard error.
+
+    ``settled`` is called as soon as the status is known, where a further signal must not change it.
+    """
+    try:
+        status = _ended(arguments)
+        settled()
+    except (KeyboardInterrupt, typer.Abort):
+        settled()  # here: as long as the interruption is being handled, no signal raises another
+        status = _TYPER_INTERRUPTED
+    if status != _TYPER_INTERRUPTED:
+        return status
+    _say("interrupted")
+    return 1
+
+
+def _ended(arguments: Sequence[str]) -> int:
+    """The exit status of a command that was not interrupted; _TYPER_INTERRUPTED where typer says that it was."""
     try:
         result = app(repeat_options(arguments), prog_name="damper-rig", standalone_mode=False)
-        return _status(result if isinstance(result, int) else 0)
-    except (KeyboardInterrupt, typer.Abort):
-        return _interrupted()
+        return result if isinstance(result, int) else 0
+    except typer.Abort:
+        raise
     except typer.Exit as ended:
-        return _status(ended.exit_code)
+        return ended.exit_code
     except _USAGE_ERROR as error:
         return _usage(error, arguments)
     except BrokenPipeError:
         return 1
     except Exception as error:  # noqa: BLE001 - the last handler: any error becomes one line
         return _failed(error)
-
-
-def _status(ended: int) -> int:
-    return _interrupted() if ended == _TYPER_INTERRUPTED else ended
-
-
-def _interrupted() -> int:
-    _say("interrupted")
-    return 1
 
 
 def _usage(error: Exception, arguments: Sequence[str]) -> int:
@@ -146,4 +166,5 @@ def _failed(error: Exception) -> int:
 
 
 def _say(text: str) -> None:
-    print(f"damper-rig: {text}", file=sys.stderr)
+    with suppress(OSError):  # the terminal was closed
+        print(f"damper-rig: {text}", file=sys.stderr)

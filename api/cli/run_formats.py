@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from api.errors import InputError, one_line
 from excitation.atomic import written_whole
-from rigctl.errors import RunFileError
+from excitation.untrusted import check_mat, parse_json
+from rigctl.errors import ProcedureError, RunFileError
 from rigctl.runfile import UNIT_SPELLINGS, Run, read_run, write_run
+from rigctl.setup import setup_from_json, setup_json
 
 __all__ = ["ENDINGS", "read_any", "write_any"]
 
@@ -69,7 +71,9 @@ def _properties(run: Run) -> dict[str, str]:
     numbers = {"sample_rate": repr(run.sample_rate_hz), "period_samples": str(run.period_samples)}
     more = {"design": json.dumps(dict(run.design))} if run.design is not None else {}
     events = {"events": json.dumps(run.events)} if run.events else {}
-    return {**numbers, **texts, **more, **events}
+    stamps = {"events_utc": json.dumps(run.events_utc)} if run.events_utc else {}
+    setup = {"setup": json.dumps(prepared)} if (prepared := setup_json(run.setup)) else {}
+    return {**numbers, **texts, **more, **events, **stamps, **setup}
 
 
 def _run(properties: Mapping[str, str], channels: Mapping[str, NDArray[np.float64]], units: Mapping[str, str]) -> Run:
@@ -89,8 +93,10 @@ def _run(properties: Mapping[str, str], channels: Mapping[str, NDArray[np.float6
             status=properties["status"],
             channels=channels,
             units=units,
-            design=None if design is None else json.loads(design),
-            events=tuple((float(at), str(text)) for at, text in json.loads(properties.get("events", "[]"))),
+            design=None if design is None else parse_json(design),
+            events=tuple((float(at), str(text)) for at, text in parse_json(properties.get("events", "[]"))),
+            events_utc=tuple(str(stamp) for stamp in parse_json(properties.get("events_utc", "[]"))),
+            setup=setup_from_json(parse_json(properties.get("setup", "{}"))),
             test_id=properties.get("test_id", ""),
             campaign_id=properties.get("campaign_id", ""),
             rig=properties.get("rig", ""),
@@ -99,7 +105,7 @@ def _run(properties: Mapping[str, str], channels: Mapping[str, NDArray[np.float6
         )
     except RunFileError:
         raise
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, AttributeError, ProcedureError) as error:
         raise InputError(f"a property cannot be read: {one_line(error)}") from error
 
 
@@ -174,6 +180,7 @@ def _read_mat(path: Path) -> Run:
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
 
+    check_mat(path)
     try:
         content = loadmat(path, simplify_cells=True, chars_as_strings=True)
     except (MatReadError, OSError, ValueError, TypeError, NotImplementedError, IndexError, EOFError) as error:

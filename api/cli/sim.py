@@ -36,6 +36,20 @@ def sim(
         list[str] | None,
         typer.Option(metavar="CHANNEL=SECONDS", help="Delay of a channel in seconds, for example force=0.0005."),
     ] = None,
+    controller: Annotated[
+        str,
+        typer.Option(
+            help="'damper-rig': this project's own; or one of another make, in real time, driven by a rig.toml of "
+            "examples/rigs: plc, motion, ds402 or console.",
+        ),
+    ] = "damper-rig",
+    amplifier: Annotated[
+        str,
+        typer.Option(
+            help="Address of a measuring amplifier with a clock of its own beside --controller plc or motion, for "
+            "example modbus://127.0.0.1:5023."
+        ),
+    ] = "",
     with_parent: Annotated[
         bool, typer.Option(help="End when standard input closes, as it does when the parent process ends.")
     ] = False,
@@ -50,6 +64,9 @@ def sim(
         from api.processes.parent import end_with_parent
 
         end_with_parent()
+    if controller != "damper-rig":
+        _serve_foreign(controller, listen, specimen, tuple(hide or ()), seed, tuple(fault or ()), amplifier)
+        return
     serve(
         listen,
         specimen=specimen,
@@ -59,6 +76,32 @@ def sim(
         reveal=reveal,
         faults=tuple(fault or ()),
         skew=tuple(skew or ()),
+        on_ready=_ready,
+    )
+
+
+def _serve_foreign(
+    controller: str,
+    listen: str,
+    specimen: str,
+    hide: tuple[str, ...],
+    seed: int,
+    fault: tuple[str, ...],
+    amplifier: str,
+) -> None:
+    from sim_rig.errors import SimRigError
+    from sim_rig.foreign.serving import ControllerKind, serve_controller
+
+    if controller not in tuple(ControllerKind):
+        raise SimRigError(f"--controller is {controller!r}: it must be damper-rig, {', '.join(ControllerKind)}")
+    serve_controller(
+        ControllerKind(controller),
+        listen,
+        specimen=specimen,
+        hide=hide,
+        seed=seed,
+        faults=fault,
+        amplifier=amplifier,
         on_ready=_ready,
     )
 

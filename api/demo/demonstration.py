@@ -5,14 +5,14 @@ from __future__ import annotations
 import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from api.client import Campaign, Client, Service
 from api.demo.campaign import campaign
-from api.demo.client import Client
-from api.errors import InputError, ProcessError
+from api.errors import Conflict, InputError, ProcessError
 from api.processes.child import Child
 from identification.discrepancy import explain, report_data, write_report
 from identification.physical.modelfile import read_model
@@ -25,6 +25,7 @@ DATA = Path(__file__).parent / "data"
 SPECIMEN = "semi-active"
 SPEED = 20.0
 CAMPAIGN_S = 170.0
+POLL_S = 0.2
 MARK = ".damper-rig-demo"  # marks a folder whose files a new demonstration may remove
 MADE = ("runs", "service", "rig", "real", "report.html", "sim.log", "service.log")
 REAL_HELD_OUT = ("ensaio_A_4", "ensaio_A_8")
@@ -76,7 +77,7 @@ class Demonstration:
     """The results. ``truth``: the effects that were hidden, read only at the end."""
 
     asked: Asked
-    campaign: Mapping[str, Any]
+    campaign: Campaign
     rig: Finding
     real: Finding
     truth: tuple[str, ...]
@@ -131,20 +132,15 @@ def prepare_output(output: Path) -> Path:
     return output.absolute()
 
 
-def _measure(asked: Asked, out: Path, show: Show) -> tuple[dict[str, Any], list[tuple[Path, bool]]]:
+def _measure(asked: Asked, out: Path, show: Show) -> tuple[Campaign, list[tuple[Path, bool]]]:
     """Steps 1 to 4: the campaign at its end, and its run files with whether they are held out."""
-    with _processes(asked, out, show) as (rig_url, service_url):
-        client = Client(service_url)
-        try:
-            show.step(3, "Schedule a campaign over HTTP")
-            body = campaign(rig_url)
-            accepted = client.schedule(body)
-            show.say(_plan_text(accepted))
-            show.step(4, "Stream the tests to the rig, capture one run file each")
-            played = _follow(client, accepted, show)
-            return played, _fetch(client, played, out / "runs")
-        finally:
-            client.close()
+    with _processes(asked, out, show) as (rig_url, service_url), Client(Service(url=service_url)) as client:
+        show.step(3, "Schedule a campaign over HTTP")
+        accepted = client.submit(campaign(rig_url))
+        show.say(_plan_text(accepted))
+        show.step(4, "Stream the tests to the rig, capture one run file each")
+        played = _follow(client, accepted, show)
+        return played, _fetch(client, played, out / "runs")
 
 
 @contextmanager
@@ -163,36 +159,34 @@ def _processes(asked: Asked, out: Path, show: Show) -> Iterator[tuple[str, str]]
         yield rig.url, service.url
 
 
-def _plan_text(accepted: Mapping[str, Any]) -> str:
-    tests = accepted["tests"]
-    seconds = sum(test["duration_s"] for test in tests)
-    held_out = sum(test["held_out"] for test in tests)
-    return f"{len(tests)} tests, {seconds:.0f} s of rig time, {held_out} of them held out"
+def _plan_text(accepted: Campaign) -> str:
+    held_out = sum(test.held_out for test in accepted.tests)
+    return f"{len(accepted.tests)} tests, {accepted.rig_time_s:.0f} s of rig time, {held_out} of them held out"
 
 
-def _follow(client: Client, accepted: Mapping[str, Any], show: Show) -> dict[str, Any]:
+def _follow(client: Client, accepted: Campaign, show: Show) -> Campaign:
+    """The campaign at its end; an interruption stops it and waits for the rig."""
     with show.bars() as bar:
 
-        def tell_bars(now: dict[str, Any]) -> None:
-            for test in now["tests"]:
-                if test["state"] in ("running", "done"):
-                    done = 1.0 if test["state"] == "done" else test["samples"] / test["total_samples"]
-                    bar(test["name"], done)
+        def tell_bars(now: Campaign) -> None:
+            for test in now.tests:
+                if test.state in ("running", "done"):
+                    bar(test.name, test.done)
 
-        played = client.follow(accepted["id"], within_s=CAMPAIGN_S, tell=tell_bars)
-    if played["state"] != "done":
-        raise ProcessError(f"the campaign is {played['state']}: {played['reason']}")
+        try:
+            played = client.watch(accepted.id, within_s=CAMPAIGN_S, tell=tell_bars, poll_s=POLL_S)
+        except BaseException:
+            with suppress(ProcessError, Conflict):  # where this fails too, the end of the service stops the rig
+                client.abort(accepted.id)
+                client.watch(accepted.id, within_s=10.0, poll_s=POLL_S)
+            raise
+    if played.state != "done":
+        raise ProcessError(f"the campaign is {played.state}: {played.reason}")
     return played
 
 
-def _fetch(client: Client, played: Mapping[str, Any], folder: Path) -> list[tuple[Path, bool]]:
-    folder.mkdir()
-    paths = []
-    for run in client.runs(played["id"]):
-        path = folder / f"{run['test'].replace(',', '').replace(' ', '_')}.h5"
-        client.fetch(run["file"], path)
-        paths.append((path, bool(run["held_out"])))
-    return paths
+def _fetch(client: Client, played: Campaign, folder: Path) -> list[tuple[Path, bool]]:
+    return [(client.fetch(run, folder), run.held_out) for run in client.runs(played.id)]
 
 
 def _explain(

@@ -7,6 +7,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from api.client import Campaign
 from api.demo.demonstration import Demonstration, Finding
 from api.errors import InputError
 from excitation.atomic import written_whole
@@ -106,12 +107,12 @@ def _effect(effect: Mapping[str, Any]) -> str:
     return text + (f'. <span class="hint">Alternatives: {escape(others)}</span>' if others else "")
 
 
-def _tests(campaign: Mapping[str, Any]) -> str:
+def _tests(campaign: Campaign) -> str:
     rows = "".join(
-        f"<tr><td>{escape(test['name'])}</td><td>{escape(test['kind'])}</td>"
-        f"<td>{'held out' if test['held_out'] else 'training'}</td>"
-        f'<td class="n">{test["duration_s"]:.1f} s</td><td class="n">{test["samples"]}</td></tr>'
-        for test in campaign["tests"]
+        f"<tr><td>{escape(test.name)}</td><td>{escape(test.kind)}</td>"
+        f"<td>{'held out' if test.held_out else 'training'}</td>"
+        f'<td class="n">{test.duration_s:.1f} s</td><td class="n">{test.samples}</td></tr>'
+        for test in campaign.tests
     )
     return (
         "<table><thead><tr><th>Test</th><th>Kind</th><th>Use</th><th class='n'>Rig time</th>"

@@ -21,14 +21,26 @@ _NICE = 10  # lower priority than rig control
 def main() -> int:
     """Do the task and write its result or its error; returns 0."""
     from api.errors import one_line, outcome_of
+    from api.processes.limits import JOB_DIES_FIRST, die_first, limit
     from api.processes.parent import end_with_parent
 
     if hasattr(os, "nice"):
         os.nice(_NICE)
+    die_first(JOB_DIES_FIRST)
     given = json.loads(sys.stdin.readline())
     end_with_parent()
+    most = int(given["memory_bytes"])
+    if most and sys.platform == "linux":  # of what the process writes to, not of what it maps; elsewhere without effect
+        limit("RLIMIT_DATA", most)
     try:
         _say({"result": _do(given)})
+    except MemoryError:
+        _say(
+            {
+                "refused": f"it needs more than {most / 1e9:.3g} GB of memory: give fewer or shorter runs, or an "
+                "administrator raises job_memory_bytes"
+            }
+        )
     except Exception as error:  # noqa: BLE001 - the last handler: the service reports any error
         outcome = outcome_of(error)
         if outcome is not None and outcome.http_status < 500:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from sqlalchemy import String, literal, select
+from sqlalchemy import select
 
 from api.jobs.records import Job, JobState
 from api.jobs.store import end_job, job_resource, read_job, set_job
 from api.store.clock import now
 from api.store.database import Database
-from api.store.leases import Lease, acquire, is_held, release, writing_as_holder
+from api.store.leases import Lease, acquire, holders, release, writing_as_holder
 from api.store.tables import jobs
 
 __all__ = ["LEFT_OPEN", "HeldJob", "close_left_open", "take_next"]
@@ -29,27 +29,30 @@ def take_next(database: Database, owner: str, lease_s: float) -> HeldJob | None:
         found = connection.scalar(waiting.with_for_update(skip_locked=True))
         if found is None:
             return None
-        lease = acquire(connection, job_resource(found), owner, lease_s)
+        lease = acquire(connection, database.sightings, job_resource(found), owner, lease_s)
         if lease is None:
             return None
         set_job(connection, found, state=JobState.RUNNING, started_at_s=now())
         return HeldJob(database, read_job(connection, found), lease)
 
 
-def close_left_open(database: Database, owner: str) -> None:
-    """End the jobs as failed that the store has as running although their worker has died."""
-    resource = literal(job_resource(""), String) + jobs.c.id
-    dead = select(jobs.c.id).where(jobs.c.state == JobState.RUNNING, ~is_held(resource))
+def close_left_open(database: Database, owner: str) -> int:
+    """End the jobs as failed that the store has as running although their worker has died; returns how many."""
     with database.reading() as connection:
-        found = connection.scalars(dead).all()
+        running = connection.scalars(select(jobs.c.id).where(jobs.c.state == JobState.RUNNING)).all()
+        held = holders(connection, database.sightings) if running else {}
+    found = [job_id for job_id in running if job_resource(job_id) not in held]
     for job_id in found:
         with database.writing() as connection:
-            lease = acquire(connection, job_resource(job_id), owner, 1.0)  # s: only for this transaction
+            lease = acquire(
+                connection, database.sightings, job_resource(job_id), owner, 1.0
+            )  # s: only for this transaction
             if lease is None:  # its worker is alive
                 continue
             if read_job(connection, job_id).state is JobState.RUNNING:
                 end_job(connection, job_id, JobState.FAILED, LEFT_OPEN)
             release(connection, lease)
+    return len(found)
 
 
 class HeldJob:

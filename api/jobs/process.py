@@ -15,11 +15,16 @@ from types import TracebackType
 from typing import Any, Self
 
 from api.errors import InputError, ProcessError
+from api.processes.limits import computer_memory
 from identification.errors import DataError
 
 __all__ = ["Answer", "JobProcess", "check_in_process"]
 
+# Of the computer's memory. The other half is for the service and the workers (0.3 GB each), the database, and the files
+# of runs that the system keeps in memory. A job that takes all of it makes a rig's worker wait for the disk.
+MEMORY_SHARE = 0.5
 _CHECK_S = 120.0
+_KILLED = -9  # SIGKILL
 _END_S = 5.0
 
 
@@ -35,7 +40,8 @@ class Answer:
 class JobProcess:
     """One job in a process of its own; it ends when this process dies. ``progress`` is (share done, phase).
 
-    With ``folder`` None it only checks the input.
+    With ``folder`` None it only checks the input. ``part``: the descriptor of a lock that it holds as long as it lives.
+    ``memory_bytes``: what it may take, and each process that it starts; 0: ``MEMORY_SHARE`` of the computer's.
     """
 
     def __init__(
@@ -46,6 +52,8 @@ class JobProcess:
         held_out: Sequence[Path],
         *,
         folder: Path | None,
+        part: int | None = None,
+        memory_bytes: int = 0,
     ) -> None:
         self.progress = (0.0, "starting")
         self._last: dict[str, Any] = {}  # any JSON: the last line of the process
@@ -54,6 +62,7 @@ class JobProcess:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             start_new_session=True,
+            pass_fds=() if part is None or sys.platform == "win32" else (part,),
             env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
         )
         task = {
@@ -62,6 +71,7 @@ class JobProcess:
             "runs": [str(path) for path in runs],
             "held_out": [str(path) for path in held_out],
             "folder": "" if folder is None else str(folder),
+            "memory_bytes": memory_bytes or int(MEMORY_SHARE * (computer_memory() or 0)),
         }
         assert self._process.stdin is not None  # a pipe was asked for
         self._process.stdin.write(json.dumps(task).encode() + b"\n")
@@ -104,7 +114,9 @@ class JobProcess:
                 return Answer(failure=why, refused=True)
             case {"failed": why}:
                 return Answer(failure=why)
-        return Answer(failure=f"the process of the job ended without an answer ({self._process.returncode})")
+        status = self._process.returncode
+        why = ": it was killed, most often because the memory of the computer ran out" if status == _KILLED else ""
+        return Answer(failure=f"the process of the job ended without an answer ({status}){why}")
 
     def _kill(self) -> None:
         if self._process.poll() is not None:
@@ -124,9 +136,11 @@ class JobProcess:
                 self._last = said
 
 
-def check_in_process(kind: str, request: Mapping[str, Any], runs: Sequence[Path], held_out: Sequence[Path]) -> None:
+def check_in_process(
+    kind: str, request: Mapping[str, Any], runs: Sequence[Path], held_out: Sequence[Path], *, memory_bytes: int = 0
+) -> None:
     """Raise DataError, in the words of the command line, where a job of this kind would be refused. Any: JSON."""
-    with JobProcess(kind, request, runs, held_out, folder=None) as process:
+    with JobProcess(kind, request, runs, held_out, folder=None, memory_bytes=memory_bytes) as process:
         if not process.ended(_CHECK_S):
             raise InputError(f"{len(runs) + len(held_out)} runs: not read within {_CHECK_S:g} s: give fewer")
         answer = process.answer()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from shutil import rmtree
@@ -9,8 +10,9 @@ from shutil import rmtree
 from api.errors import Conflict, NotFound
 from api.jobs.records import Job, JobState
 from api.jobs.store import JobStore
+from api.store.part_file import PartMark, part_files
 
-__all__ = ["Results", "remove_old_results"]
+__all__ = ["Results", "put_results_right", "remove_old_results"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,9 +35,27 @@ class Results:
             raise NotFound(f"{name} of {noun} {job.id} is no longer among the results: submit it again")
         return path
 
+    def begin(self, job_id: str) -> PartMark:
+        """The folder of a job, marked as being written; raises OSError."""
+        self.remove(job_id)
+        return PartMark(self.folder(job_id))
+
     def remove(self, job_id: str) -> None:
         """Remove the files of a result; no error if there are none."""
         rmtree(self.folder(job_id), ignore_errors=True)
+
+
+def put_results_right(jobs: JobStore, results: Results) -> int:
+    """Remove what a crash has left of results, except what another service is writing; returns how many."""
+    parts = part_files(results.root, "*")
+    for part in parts:
+        with suppress(NotFound):
+            if jobs.one(part.stem).state is JobState.DONE:
+                part.unlink(missing_ok=True)
+                continue
+        results.remove(part.stem)
+        part.unlink(missing_ok=True)
+    return len(parts)
 
 
 def remove_old_results(jobs: JobStore, results: Results, *, keep_s: float) -> int:

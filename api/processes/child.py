@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from queue import Empty, Queue
 from threading import Thread
@@ -17,12 +17,12 @@ __all__ = ["Child"]
 
 
 class Child:
-    """A ``damper-rig sim`` or ``damper-rig serve`` in a session of its own: Ctrl-C does not reach it.
+    """A ``damper-rig sim``, ``serve`` or ``worker`` in a session of its own: Ctrl-C does not reach it.
 
     It ends when this process dies, because its standard input closes. ``url`` is set by ``wait_until_ready``.
     """
 
-    def __init__(self, arguments: Sequence[str], log: Path) -> None:
+    def __init__(self, arguments: Sequence[str], log: Path, environ: Mapping[str, str] | None = None) -> None:
         self.name = arguments[0]
         self.url = ""
         self._log_path = log
@@ -33,6 +33,7 @@ class Child:
             stdout=subprocess.PIPE,
             stderr=self._log,
             start_new_session=True,
+            env=None if environ is None else dict(environ),
         )
         self._first_line: Queue[bytes] = Queue()
         self._reader = Thread(target=self._read, name=f"output of {self.name}", daemon=True)

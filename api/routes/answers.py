@@ -2,47 +2,50 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from datetime import UTC, datetime
 
-from pydantic import BaseModel, ConfigDict, JsonValue
+from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
+from api.campaigns.estimate import CampaignEstimate
 from api.campaigns.orders import Asked
-from api.campaigns.records import Campaign, CampaignState, Event, RigRecord, TestState
+from api.campaigns.records import Campaign, CampaignState, Event, TestState
 from api.jobs.kinds import KINDS
 from api.jobs.records import Job, JobState
-from api.store.runs import RunRecord, Upload
+from api.store.runs import RunRecord
 
 __all__ = [
     "MOST_NUMBER",
+    "Answer",
     "CampaignAnswer",
     "CampaignList",
     "CampaignSummary",
+    "CheckAnswer",
+    "Confirmation",
     "ExplanationAnswer",
     "ExplanationList",
     "Health",
     "JobAnswer",
     "JobList",
-    "RigList",
     "RunAnswer",
     "RunList",
-    "UploadAnswer",
     "answer_run",
+    "check_answer",
     "detail",
     "explanation_answer",
+    "iso_time",
     "job_answer",
-    "rig_answer",
     "summary",
-    "upload_answer",
 ]
 
 MOST_NUMBER = 2**31 - 1  # of a campaign or a job in a list: an integer of PostgreSQL
 
 
-class _Answer(BaseModel):
+class Answer(BaseModel):
     model_config = ConfigDict(frozen=True)
 
 
-class TestAnswer(_Answer):
+class TestAnswer(Answer):
     """One test and its progress."""
 
     __test__ = False  # the name starts with "Test": pytest must not collect it
@@ -58,7 +61,7 @@ class TestAnswer(_Answer):
     duration_s: float
 
 
-class CampaignSummary(_Answer):
+class CampaignSummary(Answer):
     """One campaign without its configurations."""
 
     number: int
@@ -69,13 +72,24 @@ class CampaignSummary(_Answer):
     state: CampaignState
     reason: str
     asked: Asked
+    question: str
     created: str
     started: str | None
     ended: str | None
     tests: list[TestAnswer]
 
 
-class EventAnswer(_Answer):
+class Confirmation(BaseModel):
+    """The operator's answer to what a campaign asks."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    answer: str = Field(default="yes", min_length=1, max_length=40)
+    question: str | None = None
+    """The question that this answers: it is refused where another one is asked by now. None: whichever is asked."""
+
+
+class EventAnswer(Answer):
     """One event of a campaign."""
 
     number: int
@@ -89,17 +103,50 @@ class CampaignAnswer(CampaignSummary):
     configurations: list[dict[str, JsonValue]]
     warm_up: dict[str, JsonValue] | None
     interlocks: list[str]
+    envelopes: list[dict[str, JsonValue]]  # as in a RIG.toml
+    setup: dict[str, JsonValue]
     events: list[EventAnswer]
 
 
-class CampaignList(_Answer):
-    """Campaigns, the newest first; ``next_before`` is ``before`` of the next page."""
+class TestCheck(Answer):
+    """What one test asks of the rig; null where no envelope has the data to predict it."""
+
+    __test__ = False  # the name starts with "Test": pytest must not collect it
+
+    name: str
+    duration_s: float
+    dwell_s: float
+    displacement_m: float = Field(description="Peak, from mid-stroke.")
+    velocity_m_s: float = Field(description="Peak.")
+    acceleration_m_s2: float = Field(description="Peak.")
+    highest_frequency_hz: float
+    lowest_current_a: float | None
+    highest_current_a: float | None
+    force_n: float | None = Field(description="Peak, of the specimen that an envelope describes.")
+    energy_j: float | None = Field(description="Dissipated in the damper.")
+    temperature_rise_k: float | None = Field(description="Of the damper, by this test alone.")
+    ends_at_degc: float | None = Field(description="Of the damper, after the tests and dwells before.")
+    valve_flow_share: float | None = Field(description="1: the servo-valve is saturated.")
+
+
+class CheckAnswer(Answer):
+    """A dry run: the campaign fits every envelope, and this is what it takes. Nothing was stored."""
+
+    tests: list[TestCheck]
+    duration_s: float = Field(description="Of motion and dwells, without waiting for an operator or the oil.")
+    energy_j: float | None
+    highest_degc: float | None = Field(description="Of the damper, predicted.")
+
+
+class CampaignList(Answer):
+    """Campaigns, the newest first; ``next_cursor`` is ``cursor``, ``next_before`` ``before`` of the next page."""
 
     campaigns: list[CampaignSummary]
     next_before: int | None
+    next_cursor: str | None = None
 
 
-class RunAnswer(_Answer):
+class RunAnswer(Answer):
     """One captured run; ``file`` is where it can be downloaded."""
 
     id: str
@@ -115,48 +162,20 @@ class RunAnswer(_Answer):
     loops: str
 
 
-class RunList(_Answer):
-    """The runs of one campaign in the order of capture."""
+class RunList(Answer):
+    """The runs of one campaign in the order of its tests."""
 
     runs: list[RunAnswer]
 
 
-class RigAnswer(_Answer):
-    """One rig: its worker, its running campaign, and how many campaigns wait."""
-
-    url: str
-    worker: str | None
-    running: str | None
-    accepted: int
-
-
-class RigList(_Answer):
-    """Every rig that a campaign names."""
-
-    rigs: list[RigAnswer]
-
-
-class UploadAnswer(_Answer):
-    """An uploaded run file."""
-
-    id: str
-    name: str
-    specimen: str
-    status: str
-    samples: int
-    sample_rate_hz: float
-    size_bytes: int
-    sha256: str
-
-
-class EffectAnswer(_Answer):
+class EffectAnswer(Answer):
     """One named effect of a report."""
 
     element: str
     confidence: float
 
 
-class ExplanationAnswer(_Answer):
+class ExplanationAnswer(Answer):
     """One explanation: its progress, its result and where its files are."""
 
     number: int
@@ -180,14 +199,15 @@ class ExplanationAnswer(_Answer):
     evidence: str | None
 
 
-class ExplanationList(_Answer):
-    """Explanations, the newest first; ``next_before`` is ``before`` of the next page."""
+class ExplanationList(Answer):
+    """Explanations, the newest first; ``next_cursor`` is ``cursor``, ``next_before`` ``before`` of the next page."""
 
     explanations: list[ExplanationAnswer]
     next_before: int | None
+    next_cursor: str | None = None
 
 
-class JobAnswer(_Answer):
+class JobAnswer(Answer):
     """One job: its progress, its result and where its files are."""
 
     number: int
@@ -208,14 +228,15 @@ class JobAnswer(_Answer):
     files: dict[str, str]
 
 
-class JobList(_Answer):
-    """Jobs, the newest first; ``next_before`` is ``before`` of the next page."""
+class JobList(Answer):
+    """Jobs, the newest first; ``next_cursor`` is ``cursor``, ``next_before`` ``before`` of the next page."""
 
     jobs: list[JobAnswer]
     next_before: int | None
+    next_cursor: str | None = None
 
 
-class Health(_Answer):
+class Health(Answer):
     """Whether the store answers."""
 
     status: str
@@ -232,7 +253,8 @@ def summary(campaign: Campaign) -> CampaignSummary:
         state=campaign.state,
         reason=campaign.reason,
         asked=campaign.asked,
-        created=_time(campaign.created_at_s),
+        question=campaign.question,
+        created=iso_time(campaign.created_at_s),
         started=_when(campaign.started_at_s),
         ended=_when(campaign.ended_at_s),
         tests=[
@@ -258,7 +280,26 @@ def detail(campaign: Campaign, events: tuple[Event, ...]) -> CampaignAnswer:
         configurations=[dict(test.config) for test in campaign.tests],
         warm_up=None if campaign.warm_up is None else dict(campaign.warm_up),
         interlocks=list(campaign.interlocks),
-        events=[EventAnswer(number=e.number, at=_time(e.at_s), text=e.text) for e in events],
+        envelopes=[dict(one) for one in campaign.envelopes],
+        setup=dict(campaign.setup),
+        events=[EventAnswer(number=e.number, at=iso_time(e.at_s), text=e.text) for e in events],
+    )
+
+
+def check_answer(found: CampaignEstimate) -> CheckAnswer:
+    return CheckAnswer(
+        tests=[
+            TestCheck(
+                name=test.name,
+                dwell_s=test.dwell_s,
+                ends_at_degc=test.ends_at_degc,
+                **{name: value for name, value in asdict(test.prediction).items() if name in TestCheck.model_fields},
+            )
+            for test in found.tests
+        ],
+        duration_s=found.duration_s,
+        energy_j=found.energy_j,
+        highest_degc=found.highest_degc,
     )
 
 
@@ -279,14 +320,6 @@ def answer_run(run: RunRecord) -> RunAnswer:
     )
 
 
-def rig_answer(rig: RigRecord) -> RigAnswer:
-    return RigAnswer(url=rig.url, worker=rig.worker or None, running=rig.running or None, accepted=rig.accepted)
-
-
-def upload_answer(upload: Upload) -> UploadAnswer:
-    return UploadAnswer(**{name: getattr(upload, name) for name in UploadAnswer.model_fields})
-
-
 def job_answer(job: Job) -> JobAnswer:
     here = f"/v1/jobs/{job.id}"
     kind = KINDS.get(job.kind)
@@ -303,7 +336,7 @@ def job_answer(job: Job) -> JobAnswer:
         done=job.done,
         reason=job.reason,
         result=dict(job.result),
-        created=_time(job.created_at_s),
+        created=iso_time(job.created_at_s),
         started=_when(job.started_at_s),
         ended=_when(job.ended_at_s),
         files={name: f"{here}/files/{name}" for name in kind.files} if kind and job.has_files else {},
@@ -326,8 +359,9 @@ def explanation_answer(job: Job) -> ExplanationAnswer:
 
 
 def _when(seconds: float | None) -> str | None:
-    return None if seconds is None else _time(seconds)
+    return None if seconds is None else iso_time(seconds)
 
 
-def _time(seconds: float) -> str:
+def iso_time(seconds: float) -> str:
+    """A time of the store, seconds since 1970, as ISO 8601 in UTC."""
     return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="milliseconds")

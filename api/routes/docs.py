@@ -6,7 +6,9 @@ from html import escape
 from typing import Any
 
 from fastapi import APIRouter, Request
-from fastapi.responses import HTMLResponse
+from fastapi.responses import HTMLResponse, JSONResponse
+
+from api.problems import kinds
 
 __all__ = ["router"]
 
@@ -25,6 +27,11 @@ _EXAMPLE = """curl -X POST http://127.0.0.1:8420/v1/campaigns -H 'content-type: 
 }'"""
 
 
+@router.get("/openapi.json")
+def openapi(request: Request) -> JSONResponse:
+    return JSONResponse(request.app.openapi())
+
+
 @router.get("/docs")
 def docs(request: Request) -> HTMLResponse:
     schema = request.app.openapi()
@@ -38,8 +45,15 @@ def docs(request: Request) -> HTMLResponse:
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>damper-rig: HTTP interface</title>'
         f'<link rel="icon" href="data:,"><style>{_STYLE}</style></head><body><h1>HTTP interface</h1>'
         f"<p>Version {escape(schema['info']['version'])}. Bad requests are answered with 4xx and one line in "
-        f'<code>detail</code>. <a href="/openapi.json">OpenAPI description</a> for programs.</p>'
-        f"<pre>{escape(_EXAMPLE)}</pre>{routes}</body></html>"
+        f'<code>detail</code> of a problem (RFC 9457). <a href="/openapi.json">OpenAPI</a> for programs.</p>'
+        f"<pre>{escape(_EXAMPLE)}</pre>{routes}<h1>Problems</h1>{_problems()}</body></html>"
+    )
+
+
+def _problems() -> str:
+    """What the ``type`` of a problem refers to."""
+    return "".join(
+        f'<h2 id="{name}">{name}</h2><p>{status}: {escape(title)}.</p>' for status, (name, title) in kinds().items()
     )
 
 

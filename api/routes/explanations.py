@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import json
 
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse
+from pydantic import BaseModel, ConfigDict, Field
 
-from api.jobs.accept import accept
+from api.campaigns.new_campaign import NewCampaign
+from api.errors import Conflict
+from api.jobs.accept import prepare
 from api.jobs.explain import EXPLAIN, ExplainRequest
-from api.routes.answers import MOST_NUMBER, ExplanationAnswer, ExplanationList, explanation_answer
+from api.routes.answers import CampaignSummary, ExplanationAnswer, ExplanationList, explanation_answer
+from api.routes.campaigns import accepted, checked
+from api.routes.creation import CreationDep
+from api.routes.paging import PageDep, link_pages, next_page
+from api.routes.person import PersonDep
 from api.service import Service, ServiceDep
 
 __all__ = ["router"]
@@ -17,25 +24,46 @@ __all__ = ["router"]
 router = APIRouter(prefix="/v1/explanations", tags=["explanations"])
 
 
-@router.post("", status_code=201)
-def create(body: ExplainRequest, service: ServiceDep, response: Response) -> ExplanationAnswer:
+class NextCampaign(BaseModel):
+    """Where the next test is played, and with which specimen."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    rig: str = Field(description="Address, id, serial number or name.", examples=["modbus://127.0.0.1:5020"])
+    specimen: str = Field(examples=["damper 7"])
+    name: str = ""
+    operator: str = ""
+
+
+@router.post("", status_code=201, response_model=ExplanationAnswer)
+def create(body: ExplainRequest, service: ServiceDep, creation: CreationDep) -> Response:
     """Accept a base model and runs; refuses the same input as the command line, with the same messages."""
-    job = accept(body, campaigns=service.campaigns, runs=service.runs, jobs=service.jobs)
-    response.headers["Location"] = f"/v1/explanations/{job.id}"
-    return explanation_answer(job)
+    if before := creation.given():
+        return before
+    job = prepare(body, campaigns=service.campaigns, runs=service.runs, memory_bytes=service.settings.job_memory_bytes)
+
+    def create_job() -> tuple[BaseModel, str]:
+        made = service.jobs.create(**job)
+        return explanation_answer(made), f"/v1/explanations/{made.id}"
+
+    return creation.answer(create_job)
 
 
 @router.get("")
 def list_explanations(
     service: ServiceDep,
-    limit: Annotated[int, Query(ge=1, le=200)] = 50,
-    before: Annotated[int | None, Query(ge=1, le=MOST_NUMBER)] = None,
+    request: Request,
+    response: Response,
+    page: PageDep,
     campaign: str = "",
 ) -> ExplanationList:
     """The newest explanations first."""
-    found = service.explanations.newest(limit=limit, before=before, campaign_id=campaign)
-    more = found[-1].number if len(found) == limit else None
-    return ExplanationList(explanations=[explanation_answer(job) for job in found], next_before=more)
+    found = service.explanations.newest(limit=page.limit, before=page.before, campaign_id=campaign)
+    after = next_page([one.number for one in found], page)
+    link_pages(request, response, after.cursor)
+    return ExplanationList(
+        explanations=[explanation_answer(job) for job in found], next_before=after.before, next_cursor=after.cursor
+    )
 
 
 @router.get("/{explanation_id}")
@@ -48,6 +76,32 @@ def one(explanation_id: str, service: ServiceDep) -> ExplanationAnswer:
 def cancel(explanation_id: str, service: ServiceDep) -> ExplanationAnswer:
     """Cancel it."""
     return explanation_answer(service.explanations.cancel(explanation_id, "a cancellation was requested over HTTP"))
+
+
+@router.post("/{explanation_id}/campaign", status_code=201, response_model=CampaignSummary)
+def next_campaign(
+    explanation_id: str, body: NextCampaign, service: ServiceDep, creation: CreationDep, person: PersonDep
+) -> Response:
+    """Accept a campaign of the next test that the explanation proposes; refused where it proposes none."""
+    explanation = service.explanations.one(explanation_id)
+    report = json.loads(service.results.file(explanation, "report.json", noun="explanation").read_text("utf-8"))
+    design = report["next_test"]["design"]
+    if not design:
+        raise Conflict(
+            f"explanation {explanation_id} proposes no test: {report['next_test']['text'] or 'none is worth it'}"
+        )
+    new = checked(
+        NewCampaign(
+            name=body.name or f"next test after {explanation_id[:8]}",
+            rig=body.rig,
+            specimen=body.specimen,
+            operator=body.operator,
+            tests=[design],
+        ),
+        service,
+    )
+    service.runs.check_room()
+    return creation.answer(lambda: accepted(service.campaigns.create(new, created_by=person)))
 
 
 @router.get("/{explanation_id}/report.json", response_class=FileResponse)

@@ -1,4 +1,4 @@
-"""Health: whether the store answers."""
+"""Health: whether the service runs, and whether it can do its work."""
 
 from __future__ import annotations
 
@@ -14,8 +14,20 @@ __all__ = ["router"]
 router = APIRouter(tags=["health"])
 
 
-@router.get("/healthz")
-def health(service: ServiceDep) -> Health:
-    """200 where the campaign store answers, 503 where it does not."""
+@router.get("/v1/health/live")
+async def live() -> Health:
+    """200 as long as the process answers: restart it where it does not. Uses no store and no thread."""
+    return Health(status="ok", version=version("damper-rig"))
+
+
+@router.get("/v1/health/ready")
+def ready(service: ServiceDep) -> Health:
+    """200 where the store answers, 503 where not: send no requests here meanwhile."""
     service.database.ping()
     return Health(status="ok", version=version("damper-rig"))
+
+
+@router.get("/healthz")
+def health(service: ServiceDep) -> Health:
+    """As ready."""
+    return ready(service)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Query, Response
+from fastapi import APIRouter, Body, Request, Response
 from fastapi.responses import FileResponse
+from pydantic import BaseModel
 
 from api.errors import NotFound
-from api.jobs.accept import accept
+from api.jobs.accept import prepare
 from api.jobs.kinds import AnyRequest, find_kind
-from api.routes.answers import MOST_NUMBER, JobAnswer, JobList, job_answer
+from api.routes.answers import JobAnswer, JobList, job_answer
+from api.routes.creation import CreationDep
+from api.routes.paging import PageDep, link_pages, next_page
 from api.service import ServiceDep
 
 __all__ = ["router"]
@@ -18,28 +21,36 @@ __all__ = ["router"]
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 
-@router.post("", status_code=201)
+@router.post("", status_code=201, response_model=JobAnswer)
 def submit(
-    body: Annotated[AnyRequest, Body(discriminator="kind")], service: ServiceDep, response: Response
-) -> JobAnswer:
+    body: Annotated[AnyRequest, Body(discriminator="kind")], service: ServiceDep, creation: CreationDep
+) -> Response:
     """Accept a job; refuses the same input as the command line, with the same messages."""
-    job = accept(body, campaigns=service.campaigns, runs=service.runs, jobs=service.jobs)
-    response.headers["Location"] = f"/v1/jobs/{job.id}"
-    return job_answer(job)
+    if before := creation.given():
+        return before
+    job = prepare(body, campaigns=service.campaigns, runs=service.runs, memory_bytes=service.settings.job_memory_bytes)
+
+    def create_job() -> tuple[BaseModel, str]:
+        made = service.jobs.create(**job)
+        return job_answer(made), f"/v1/jobs/{made.id}"
+
+    return creation.answer(create_job)
 
 
 @router.get("")
 def list_jobs(
     service: ServiceDep,
-    limit: Annotated[int, Query(ge=1, le=200)] = 50,
-    before: Annotated[int | None, Query(ge=1, le=MOST_NUMBER)] = None,
+    request: Request,
+    response: Response,
+    page: PageDep,
     campaign: str = "",
     kind: str = "",
 ) -> JobList:
     """The newest jobs first."""
-    found = service.jobs.newest(limit=limit, before=before, campaign_id=campaign, kind=kind)
-    more = found[-1].number if len(found) == limit else None
-    return JobList(jobs=[job_answer(job) for job in found], next_before=more)
+    found = service.jobs.newest(limit=page.limit, before=page.before, campaign_id=campaign, kind=kind)
+    after = next_page([one.number for one in found], page)
+    link_pages(request, response, after.cursor)
+    return JobList(jobs=[job_answer(job) for job in found], next_before=after.before, next_cursor=after.cursor)
 
 
 @router.get("/{job_id}")

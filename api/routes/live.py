@@ -1,69 +1,79 @@
-"""Server-sent events: the campaigns whenever they change, and the newest samples of the running tests."""
+"""Server-sent events: the campaigns, rigs and queues whenever they change, the newest samples, and a heartbeat."""
 
 from __future__ import annotations
 
 import asyncio
-import json
-from collections.abc import AsyncIterator
-from dataclasses import asdict
 
 from fastapi import APIRouter, Request
-from fastapi.concurrency import run_in_threadpool
-from fastapi.responses import StreamingResponse
+from starlette.responses import Response
+from starlette.types import Receive, Scope, Send
 
-from api.errors import StoreError, one_line
-from api.routes.answers import CampaignList, ExplanationList, explanation_answer, summary
+from api.routes.feed import TICK_S, Feed
 from api.service import Service, ServiceDep
 
 __all__ = ["router"]
 
 router = APIRouter(prefix="/v1/live", tags=["live"])
 
-_INTERVAL_S = 0.25
-_SHOWN = 20
-_SILENT_INTERVALS = 40  # then a comment keeps the connection open through proxies
+SLOWEST_S = 10.0  # for a watcher to take what was sent: one that does not is dropped, and connects again when it can
 
 
-@router.get("", response_class=StreamingResponse)
-async def live(service: ServiceDep, request: Request) -> StreamingResponse:
-    """Events ``campaigns`` and ``explanations`` (the lists of their GET), ``samples`` (new blocks) and ``trouble``."""
-    return StreamingResponse(
-        _events(service, request), media_type="text/event-stream", headers={"Cache-Control": "no-store"}
-    )
+@router.get("", response_class=Response, responses={200: {"content": {"text/event-stream": {}}}})
+async def live(service: ServiceDep, request: Request) -> Response:
+    """Events as they happen, for a page or a program that looks on.
+
+    ``campaigns``, ``explanations``, ``rigs``: the lists of their GET. ``campaign``: one that has changed. ``progress``:
+    of tests that run. ``queues``: by the ids of the rigs. ``samples``: points of the running tests, in order and
+    numbered. ``trouble``: the store does not answer. ``beat``: at least every 0.5 s, so that silence means that the
+    service is away.
+    """
+    return EventStream(service, request.app.state.feed)
 
 
-async def _events(service: Service, request: Request) -> AsyncIterator[str]:
-    shown, number, silent = ("", ""), 0, 0
-    while not service.closing.is_set() and not await request.is_disconnected():
-        news = await run_in_threadpool(_news, service)
-        blocks = service.live.after(number)
-        for now, before in zip(news, shown, strict=True):
-            if now and now != before:
-                yield now
-        if blocks:
-            yield _event("samples", [asdict(block) for block in blocks])
-            number = blocks[-1].number
-        silent = 0 if blocks or news != shown else silent + 1
-        if silent >= _SILENT_INTERVALS:
-            yield ": still here\n\n"
-            silent = 0
-        shown = news
-        await asyncio.sleep(_INTERVAL_S)
+_TURNS, _TURN_S = 40, 0.005  # 200 watchers: five at a time, which takes 2 ms, within 0.2 s
+_FULL_RATE = 150  # watchers that get every tick
 
 
-def _news(service: Service) -> tuple[str, str]:
-    try:
-        found = service.campaigns.campaigns(limit=_SHOWN)
-        explained = service.explanations.newest(limit=_SHOWN)
-    except StoreError as error:
-        return _event("trouble", {"detail": one_line(error)}), ""
-    answer = CampaignList(campaigns=[summary(campaign) for campaign in found], next_before=None)
-    others = ExplanationList(explanations=[explanation_answer(one) for one in explained], next_before=None)
-    return (
-        _event("campaigns", answer.model_dump(mode="json")),
-        _event("explanations", others.model_dump(mode="json")),
-    )
+class EventStream(Response):
+    """Sends the feed until the reader leaves, the service ends, or the reader has taken nothing for ten seconds."""
+
+    media_type = "text/event-stream"
+
+    def __init__(self, service: Service, feed: Feed) -> None:
+        super().__init__(headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"})
+        del self.headers["content-length"]
+        self._service, self._feed = service, feed
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
+        self._feed.watchers += 1
+        place = self._feed.watchers
+        gone = asyncio.ensure_future(_left(receive))
+        try:
+            tick, text = self._feed.begin()
+            while not self._service.closing.is_set() and not gone.done():
+                async with asyncio.timeout(SLOWEST_S):
+                    await send({"type": "http.response.body", "body": text, "more_body": True})
+                tick, text = await self._feed.after(tick)  # at the latest with the next heartbeat
+                if (turn_s := _turn_s(place, self._feed.watchers)) > 0:
+                    await asyncio.sleep(turn_s)
+            if not gone.done():
+                await send({"type": "http.response.body", "body": b"", "more_body": False})
+        except TimeoutError:
+            pass  # the server closes the connection; what waited for it was one message
+        finally:
+            self._feed.watchers -= 1
+            gone.cancel()
 
 
-def _event(name: str, data: object) -> str:
-    return f"event: {name}\ndata: {json.dumps(data)}\n\n"
+def _turn_s(place: int, watchers: int) -> float:
+    """How long a watcher waits after a tick: a stop that comes meanwhile waits for a few of them, and not for all.
+
+    Hundreds of them also get two ticks at once, or three: their work has a limit.
+    """
+    return (place - 1) % _TURNS * _TURN_S + watchers // _FULL_RATE * TICK_S if watchers > 1 else 0.0
+
+
+async def _left(receive: Receive) -> None:
+    while (await receive())["type"] != "http.disconnect":
+        pass

@@ -1,20 +1,26 @@
-"""Checks of every request: its size and its origin."""
+"""Checks of every body: its size, and that its JSON is JSON."""
 
 from __future__ import annotations
 
-import json
-from urllib.parse import urlsplit
+from asyncio import to_thread
 
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["BodyLimit", "SameOrigin"]
+from api.errors import one_line
+from api.findings import Refused
+from api.problems import problem, send_problem
+from api.routes.strict_json import NotJson, check_json
+from api.routes.strict_request import is_json
+
+__all__ = ["BodyLimit"]
 
 _READS = ("GET", "HEAD", "OPTIONS")
+_LARGE_BYTES = 2**16  # checked in less than a millisecond
 
 
 class BodyLimit:
-    """Refuses a body above ``most_bytes`` with 413, with or without a stated length.
+    """Refuses a body above ``most_bytes`` with 413, with or without a stated length, and what only looks like JSON.
 
     The routes of ``streamed`` paths limit the size themselves and hold nothing in memory.
     """
@@ -35,9 +41,24 @@ class BodyLimit:
             body += message.get("body", b"")
             more = message.get("more_body", False)
             if len(body) > self.most_bytes:
-                await _refuse(send, 413, f"body is larger than {self.most_bytes} bytes: split the campaign")
+                await send_problem(scope, send, 413, f"body is larger than {self.most_bytes} bytes: split the campaign")
+                return
+        if body and is_json(Headers(scope=scope).get("content-type", "")):
+            try:
+                await _checked(bytes(body))
+            except (NotJson, Refused) as error:
+                status, found = (422, error.findings) if isinstance(error, Refused) else (400, ())
+                await problem(status, one_line(error), scope, errors=found)(scope, receive, send)
                 return
         await self.app(scope, _once(bytes(body), receive), send)
+
+
+async def _checked(body: bytes) -> None:
+    """Check a body; a large one in a thread, so that other requests are answered meanwhile."""
+    if len(body) < _LARGE_BYTES:
+        check_json(body)
+    else:
+        await to_thread(check_json, body)
 
 
 def _once(body: bytes, receive: Receive) -> Receive:
@@ -52,26 +73,3 @@ def _once(body: bytes, receive: Receive) -> Receive:
         return {"type": "http.request", "body": body, "more_body": False}
 
     return next_message
-
-
-class SameOrigin:
-    """Refuses requests from pages of other sites: no page on the web may move a rig."""
-
-    def __init__(self, app: ASGIApp) -> None:
-        self.app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "http" and scope["method"] not in _READS:
-            headers = Headers(scope=scope)
-            origin = headers.get("origin")
-            if origin is not None and urlsplit(origin).netloc != headers.get("host"):
-                await _refuse(send, 403, f"origin {origin!a:.80} is another site: use this service's own page")
-                return
-        await self.app(scope, receive, send)
-
-
-async def _refuse(send: Send, status: int, detail: str) -> None:
-    body = json.dumps({"detail": detail}).encode()
-    headers = [(b"content-type", b"application/json"), (b"content-length", str(len(body)).encode())]
-    await send({"type": "http.response.start", "status": status, "headers": headers})
-    await send({"type": "http.response.body", "body": body})

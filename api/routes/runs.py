@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, Request, Response
+from fastapi.concurrency import run_in_threadpool
+from starlette.requests import ClientDisconnect
 
-from api.routes.answers import UploadAnswer, upload_answer
+from api.errors import TooSlow
+from api.routes.run_list import RunRecordAnswer, record_answer
 from api.service import ServiceDep
 
 __all__ = ["router"]
@@ -13,14 +16,13 @@ router = APIRouter(prefix="/v1/runs", tags=["runs"])
 
 
 @router.post("", status_code=201)
-async def upload(request: Request, service: ServiceDep, response: Response, name: str = "run.h5") -> UploadAnswer:
+async def upload(request: Request, service: ServiceDep, response: Response, name: str = "run.h5") -> RunRecordAnswer:
     """Store the run file in the body of the request; its id goes into ``runs`` of a job."""
-    kept = await service.runs.receive(name, request.stream())
+    await run_in_threadpool(service.runs.check_room)
+    length = request.headers.get("content-length", "0")
+    try:
+        kept = await service.runs.receive(name, request.stream(), length=int(length) if length.isdecimal() else 0)
+    except ClientDisconnect as error:
+        raise TooSlow(f"{name!a:.60}: the connection ended before the file: send it again") from error
     response.headers["Location"] = f"/v1/runs/{kept.id}"
-    return upload_answer(kept)
-
-
-@router.get("/{upload_id}")
-def one(upload_id: str, service: ServiceDep) -> UploadAnswer:
-    """The record of an uploaded run."""
-    return upload_answer(service.runs.upload(upload_id))
+    return record_answer(await run_in_threadpool(service.catalogue.one, kept.id))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from sqlite3 import Connection as SqliteConnection
+from threading import local
 from types import TracebackType
 from typing import Self
 
@@ -17,6 +19,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
 from sqlalchemy.pool import ConnectionPoolEntry
 
 from api.errors import NewerStore, SettingsError, StoreError, one_line
+from api.store.sightings import Sightings
 
 __all__ = ["Database"]
 
@@ -30,8 +33,10 @@ class Database:
     Every use raises StoreError where the database does not answer by its deadline.
     """
 
-    def __init__(self, url: str) -> None:
-        """Open it and bring its schema to this program's version.
+    def __init__(self, url: str, *, migrates: bool = True, clock: Callable[[], float] = time.monotonic) -> None:
+        """Open it and bring its schema to this program's version; ``migrates=False``: leave the schema as it is.
+
+        ``clock``: the steady clock by which leases of dead holders are told.
 
         Raises
         ------
@@ -43,8 +48,13 @@ class Database:
             When a later version of this program made its schema; nothing is changed then.
         """
         self.engine = _engine(url)
+        self.sightings = Sightings(clock)
+        self._joined = local()  # .connection: of the transaction that this thread is in, by `together`
+        if not migrates:
+            return
         try:
-            self._migrate()
+            with self.writing() as connection:
+                self.migrate(connection)
         except BaseException:
             self.close()
             raise
@@ -63,14 +73,60 @@ class Database:
     @contextmanager
     def reading(self) -> Iterator[Connection]:
         """A connection for one consistent read of the store."""
+        if joined := self._transaction():
+            with self._translated():
+                yield joined
+            return
         with self._translated(), self.engine.connect().execution_options(reads=True) as connection, connection.begin():
             yield connection
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
         """A connection in one transaction: all of it is stored, or nothing."""
+        if joined := self._transaction():
+            with self._translated():
+                yield joined
+            return
         with self._translated(), self.engine.begin() as connection:
             yield connection
+
+    @contextmanager
+    def together(self) -> Iterator[Connection]:
+        """One transaction for everything that this thread reads and writes in the block: all of it, or nothing."""
+        with self.writing() as connection:
+            before, self._joined.connection = self._transaction(), connection
+            try:
+                yield connection
+            finally:
+                self._joined.connection = before
+
+    def _transaction(self) -> Connection | None:
+        joined: Connection | None = getattr(self._joined, "connection", None)
+        return joined
+
+    @contextmanager
+    def snapshot(self) -> Iterator[Connection]:
+        """A connection on which every read sees the store at one moment, however long it takes; writers go on."""
+        options = {} if self.engine.dialect.name == "sqlite" else {"isolation_level": "REPEATABLE READ"}
+        with self._translated(), self.engine.connect() as plain:
+            connection = plain.execution_options(reads=True, **options)
+            with connection.begin():
+                yield connection
+
+    def migrate(self, connection: Connection, revision: str = "head") -> None:
+        """Bring the schema forward to a revision in the transaction of ``connection``; raises NewerStore."""
+        config = Config()
+        config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
+        try:
+            if connection.dialect.name == "postgresql":  # one service at a time; SQLite's writers wait anyway
+                connection.execute(text("SELECT pg_advisory_xact_lock(:key)"), {"key": _MIGRATION_LOCK})
+            config.attributes["connection"] = connection
+            command.upgrade(config, revision)
+        except CommandError as error:
+            raise NewerStore(
+                f"campaign store {self.place}: made by a later version of damper-rig ({one_line(error)}): "
+                "use that version"
+            ) from error
 
     def ping(self) -> None:
         """Raises StoreError where the database does not answer."""
@@ -84,25 +140,11 @@ class Database:
             yield
         except SQLAlchemyError as error:
             cause = error.orig if isinstance(error, DBAPIError) and error.orig is not None else error
-            raise StoreError(f"campaign store {self._place}: {one_line(cause)}") from error
-
-    def _migrate(self) -> None:
-        config = Config()
-        config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
-        try:
-            with self.writing() as connection:
-                if connection.dialect.name == "postgresql":  # one service at a time; SQLite's writers wait anyway
-                    connection.execute(text("SELECT pg_advisory_xact_lock(:key)"), {"key": _MIGRATION_LOCK})
-                config.attributes["connection"] = connection
-                command.upgrade(config, "head")
-        except CommandError as error:
-            raise NewerStore(
-                f"campaign store {self._place}: made by a later version of damper-rig ({one_line(error)}): "
-                "use that version"
-            ) from error
+            raise StoreError(f"campaign store {self.place}: {one_line(cause)}") from error
 
     @property
-    def _place(self) -> str:
+    def place(self) -> str:
+        """Its address without a password, for messages."""
         return self.engine.url.render_as_string(hide_password=True)
 
 

@@ -5,25 +5,33 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import re
-from collections.abc import AsyncIterable, Sequence
+from collections.abc import AsyncIterable, AsyncIterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from sqlalchemy import Connection, Row, Select, insert, select
+from sqlalchemy import Connection, Row, Select, func, insert, select
 
-from api.errors import InputError, NotFound, TooLarge
+from api.errors import Busy, DiskFull, Gone, InputError, NotFound, TooLarge, TooSlow
+from api.processes.run_reader import RunReader, RunSummary
+from api.settings import LEAST_FREE_BYTES, MOST_UPLOAD_BYTES_TOTAL, Settings
 from api.store.campaign_numbers import campaign_number
 from api.store.clock import now
 from api.store.database import Database
-from api.store.tables import campaigns, runs, uploads
-from rigctl.errors import RunFileError
-from rigctl.runfile import Run, read_run
+from api.store.disk_space import DiskSpace, storage_errors
+from api.store.part_file import PartFile, part_files, remove_part
+from api.store.tables import campaigns, rigs, runs, tests, uploads
+from rigctl.canonical import canonical_address
+from rigctl.runfile import read_run
 
-__all__ = ["RunRecord", "RunStore", "Upload"]
+__all__ = ["RunRecord", "RunStore", "Upload", "open_runs"]
 
 MOST_BYTES = 512 * 2**20  # of an uploaded file
+MOST_AT_ONCE = 8  # uploads; each holds a connection, two descriptors and for a moment a thread
+RETRY_AFTER_S = 5
+PIECE_S = 30.0  # longest time between two pieces of a body
+LOOK_EVERY_BYTES = 16 * 2**20  # at the disk, while an upload comes in: MOST_AT_ONCE times this may come in between
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}\.h5")
 
 
@@ -57,17 +65,75 @@ class Upload:
     status: str
     samples: int
     sample_rate_hz: float
+    test: str = ""
+
+
+def open_runs(database: Database, settings: Settings) -> RunStore:
+    """The runs of a service, for it and for its workers: with its limits."""
+    return RunStore(
+        database,
+        settings.runs_dir.absolute(),
+        least_free_bytes=settings.least_free_bytes,
+        most_upload_bytes_total=settings.most_upload_bytes_total,
+        most_bytes=settings.runs_quota_gb * 1e9,
+    )
 
 
 class RunStore:
     """Captured and uploaded runs: records in the database, files below one folder, a folder for each campaign."""
 
-    def __init__(self, database: Database, root: Path) -> None:
-        self._database, self._root = database, root
+    def __init__(
+        self,
+        database: Database,
+        root: Path,
+        *,
+        least_free_bytes: int = LEAST_FREE_BYTES,
+        most_upload_bytes_total: int = MOST_UPLOAD_BYTES_TOTAL,
+        most_bytes: float = float("inf"),
+    ) -> None:
+        """``most_bytes``: the quota of all run files."""
+        self._database, self._root, self._most_bytes = database, root, most_bytes
+        self._space = DiskSpace(folder=root, least_free_bytes=least_free_bytes)
+        self._most_total = most_upload_bytes_total
+        self.reader, self._receiving = (
+            RunReader(),
+            0,
+        )  # the reader also for other files from elsewhere: one limit for all
+
+    def total_bytes(self) -> int:
+        """Size of all run files."""
+        with self._database.reading() as connection:
+            return sum(
+                int(connection.scalar(select(func.sum(t.c.size_bytes)).where(t.c.removed_at_s.is_(None))) or 0)
+                for t in (runs, uploads)
+            )
+
+    def check_room(self) -> None:
+        """Raise DiskFull where the disk is below its watermark or the run files have reached their quota.
+
+        Then no test begins, and no campaign and no upload is accepted.
+        """
+        self._space.check()
+        if self._most_bytes == float("inf"):
+            return
+        total = self.total_bytes()
+        if total >= self._most_bytes:
+            raise DiskFull(
+                f"runs take {total / 1e9:.3g} GB of {self._most_bytes / 1e9:.3g} GB: remove some (DELETE /v1/runs/ID), "
+                "or an administrator raises runs_quota_gb"
+            )
 
     def work_dir(self, campaign_id: str) -> Path:
         """Where a worker captures the runs of a campaign."""
         return self._root / campaign_id
+
+    def left_open(self, campaign_id: str = "*") -> frozenset[str]:
+        """The ids of the campaigns with a run file that nobody closed, and that no live process writes."""
+        return frozenset(part.parent.name for part in part_files(self._root, f"{campaign_id}/*.h5"))
+
+    def without_folder(self, text: str) -> str:
+        """A message as everybody may read it: it names run files, but not where they are kept."""
+        return text.replace(f"{self._root}/", "")
 
     def describe(self, path: Path, *, campaign_id: str, held_out: bool) -> RunRecord:
         """The record of a closed run file in the folder of its campaign; raises RunFileError."""
@@ -89,7 +155,7 @@ class RunStore:
         )
 
     def of_campaign(self, campaign_id: str) -> tuple[RunRecord, ...]:
-        """The captured runs of a campaign in the order of capture; raises NotFound."""
+        """The captured runs of a campaign in the order of its tests; raises NotFound."""
         with self._database.reading() as connection:
             number = campaign_number(connection, campaign_id)
             return _records(connection, _captured().where(runs.c.campaign == number))
@@ -102,14 +168,15 @@ class RunStore:
         return found[0]
 
     def complete(self, *, campaign_id: str = "", rig: str = "", specimen: str = "") -> tuple[RunRecord, ...]:
-        """Every complete run of a campaign, or of a rig and there of one specimen, in the order of capture.
+        """Every complete run of a campaign, or of a rig and there of one specimen, in the order of campaigns and tests.
 
         Raises NotFound where there is no such campaign.
         """
-        query = _captured().where(runs.c.status == "complete")
-        for column, value in ((campaigns.c.rig, rig), (campaigns.c.specimen, specimen)):
-            if value:
-                query = query.where(column == value)
+        query = _captured().where(runs.c.status == "complete", runs.c.removed_at_s.is_(None))
+        if rig:
+            query = query.where(campaigns.c.rig_id.in_(_rigs_called(rig)))
+        if specimen:
+            query = query.where(campaigns.c.specimen == specimen)
         with self._database.reading() as connection:
             if campaign_id:
                 query = query.where(runs.c.campaign == campaign_number(connection, campaign_id))
@@ -130,41 +197,92 @@ class RunStore:
         with self._database.reading() as connection:
             return _upload(connection, upload_id)
 
-    async def receive(self, name: str, content: AsyncIterable[bytes]) -> Upload:
-        """Store an uploaded run file: streamed to the disk, read whole, and kept only where it is valid.
+    def put_uploads_right(self) -> int:
+        """Name or remove what a crash has left of uploads, except what another service is writing; returns how many."""
+        parts = part_files(self._root / "uploads", "*/*")
+        for part in parts:
+            with self._database.reading() as connection:
+                kept = connection.scalar(select(uploads.c.id).where(uploads.c.id == part.parent.name))
+            if kept is None:
+                remove_part(part)
+            else:
+                part.replace(part.with_suffix(""))
+        return len(parts)
 
-        Raises InputError for its name, TooLarge, and RunFileError with the message of the reader of run files.
+    async def receive(self, name: str, content: AsyncIterable[bytes], *, length: int = 0) -> Upload:
+        """Store an uploaded run file: streamed to the disk, read in a process of its own, kept only where it is valid.
+
+        ``length`` is what the sender has announced, 0 where it has not. Raises InputError for the name, TooLarge,
+        TooSlow, DiskFull, Busy, and RunFileError with the message of the reader of run files.
         """
         if not _NAME.fullmatch(name):
             raise InputError(f"name is {name!a:.60}: give a name such as front-left_3.h5, of letters, digits, . _ -")
-        upload_id = uuid4().hex
-        folder = self._root / "uploads" / upload_id
-        path = folder / name
-        await asyncio.to_thread(folder.mkdir, parents=True)
+        if length > MOST_BYTES:
+            raise TooLarge(f"{name} is larger than {MOST_BYTES} bytes: divide the run into several")
+        if self._receiving >= MOST_AT_ONCE:
+            raise Busy(f"{MOST_AT_ONCE} uploads are under way: send {name} again", retry_after_s=RETRY_AFTER_S)
+        self._receiving += 1
         try:
-            size, sha256 = await _write(path, content)
-            return await asyncio.to_thread(self._keep, path, upload_id, size, sha256)
-        except BaseException:
-            path.unlink(missing_ok=True)
-            folder.rmdir()
-            raise
+            return await self._receive(name, content, length)
+        finally:
+            self._receiving -= 1
 
-    def _keep(self, path: Path, upload_id: str, size: int, sha256: str) -> Upload:
-        run = _read_upload(path)
+    async def _receive(self, name: str, content: AsyncIterable[bytes], length: int) -> Upload:
+        upload_id = uuid4().hex
+        with storage_errors():
+            await asyncio.to_thread(self._check_room, length)
+            part = await asyncio.to_thread(PartFile, self._root / "uploads" / upload_id, name)
+            try:
+                await self._write(part, name, content)
+                summary = await self.reader.read(part.path, name)
+                return await asyncio.to_thread(self._keep, part, upload_id, summary)
+            finally:
+                part.discard()
+
+    async def _write(self, part: PartFile, name: str, content: AsyncIterable[bytes]) -> None:
+        """Write the bytes as they come; the space on the disk is looked at again and again."""
+        looked = 0
+        async for piece in _in_time(name, content):
+            if part.size + len(piece) > MOST_BYTES:
+                raise TooLarge(f"{name} is larger than {MOST_BYTES} bytes: divide the run into several")
+            await asyncio.to_thread(part.write, piece)
+            if part.size - looked >= LOOK_EVERY_BYTES:
+                looked = part.size
+                self._space.check()
+        await asyncio.to_thread(part.sync)
+
+    def _check_room(self, needed: int) -> None:
+        self._space.check(needed)
+        with self._database.reading() as connection:
+            self._check_total(connection, needed)
+
+    def _check_total(self, connection: Connection, more: int) -> None:
+        kept = select(func.coalesce(func.sum(uploads.c.size_bytes), 0)).where(uploads.c.removed_at_s.is_(None))
+        total = int(connection.scalar(kept) or 0)
+        if total + more > self._most_total:
+            raise DiskFull(
+                f"the uploaded runs take {total / 1e9:.3g} of {self._most_total / 1e9:.3g} GB: remove some, or set "
+                "most_upload_bytes_total"
+            )
+
+    def _keep(self, part: PartFile, upload_id: str, summary: RunSummary) -> Upload:
         upload = Upload(
             id=upload_id,
-            name=path.name,
-            location=path.relative_to(self._root).as_posix(),
-            size_bytes=size,
-            sha256=sha256,
-            specimen=run.specimen,
-            status=run.status,
-            samples=run.samples,
-            sample_rate_hz=run.sample_rate_hz,
+            name=part.final.name,
+            location=part.final.relative_to(self._root).as_posix(),
+            size_bytes=part.size,
+            sha256=part.sha256,
+            **asdict(summary),
         )
         with self._database.writing() as connection:
+            self._check_total(connection, part.size)
             connection.execute(insert(uploads).values(**asdict(upload), created_at_s=now()))
+        part.name_it()
         return upload
+
+    def remove_file(self, location: str) -> None:
+        """Remove a run file; no error if there is none."""
+        (self._root / location).unlink(missing_ok=True)
 
     def _path(self, location: str) -> Path:
         path = self._root / location
@@ -173,30 +291,32 @@ class RunStore:
         return path
 
 
-async def _write(path: Path, content: AsyncIterable[bytes]) -> tuple[int, str]:
-    """Write the uploaded bytes; returns their number and their SHA-256."""
-    size, digest = 0, hashlib.sha256()
-    with path.open("wb") as file:
-        async for part in content:
-            size += len(part)
-            if size > MOST_BYTES:
-                raise TooLarge(f"{path.name} is larger than {MOST_BYTES} bytes: divide the run into several")
-            digest.update(part)
-            await asyncio.to_thread(file.write, part)
-    return size, digest.hexdigest()
+async def _in_time(name: str, content: AsyncIterable[bytes]) -> AsyncIterator[bytes]:
+    """The pieces of a body; TooSlow where one does not come in time."""
+    pieces = aiter(content)
+    while True:
+        try:
+            async with asyncio.timeout(PIECE_S):
+                piece = await anext(pieces)
+        except StopAsyncIteration:
+            return
+        except TimeoutError as error:
+            raise TooSlow(f"{name}: nothing came for {PIECE_S:g} s: send it again") from error
+        yield piece
 
 
-def _read_upload(path: Path) -> Run:
-    try:
-        return read_run(path)
-    except RunFileError as error:  # the sender knows the name of the file, not our folders
-        raise RunFileError(str(error).replace(f"{path.parent}/", "")) from error
+def _rigs_called(text: str) -> Select[Any]:
+    """The ids of the rigs with this address in any spelling, or this id, serial number or name."""
+    if "://" in text:
+        return select(rigs.c.id).where(rigs.c.address == canonical_address(text))
+    return select(rigs.c.id).where((rigs.c.id == text) | (rigs.c.serial == text) | (rigs.c.name == text))
 
 
 def _captured() -> Select[Any]:
     # Any: SQLAlchemy's rows know their columns only when they run
-    joined = select(runs, campaigns.c.id.label("campaign_id")).join(campaigns)
-    return joined.order_by(runs.c.created, runs.c.id)
+    its_test = (tests.c.campaign == runs.c.campaign) & (tests.c.name == runs.c.test)
+    joined = select(runs, campaigns.c.id.label("campaign_id")).join(campaigns).outerjoin(tests, its_test)
+    return joined.order_by(runs.c.campaign, tests.c.position, runs.c.created, runs.c.id)  # a clock may have been set
 
 
 def _records(connection: Connection, query: Select[Any]) -> tuple[RunRecord, ...]:
@@ -206,8 +326,12 @@ def _records(connection: Connection, query: Select[Any]) -> tuple[RunRecord, ...
 def _upload(connection: Connection, upload_id: str) -> Upload:
     row = connection.execute(select(uploads).where(uploads.c.id == upload_id)).one_or_none()
     if row is None:
-        raise NotFound(f"there is no run {upload_id!r:.60}: POST /v1/runs takes one, or give that of a campaign")
+        raise _unknown(upload_id)
     return Upload(**_values(Upload, row))
+
+
+def _unknown(run_id: str) -> NotFound:
+    return NotFound(f"there is no run {run_id!r:.60}: POST /v1/runs takes one, or give that of a campaign")
 
 
 def _values(kind: type[RunRecord | Upload], row: Row[Any]) -> dict[str, Any]:
@@ -215,5 +339,12 @@ def _values(kind: type[RunRecord | Upload], row: Row[Any]) -> dict[str, Any]:
 
 
 def _location(connection: Connection, run_id: str) -> str:
-    captured = connection.scalar(select(runs.c.location).where(runs.c.id == run_id))
-    return _upload(connection, run_id).location if captured is None else str(captured)
+    for table in (runs, uploads):
+        row = connection.execute(
+            select(table.c.location, table.c.removed_at_s).where(table.c.id == run_id)
+        ).one_or_none()
+        if row is not None and row.removed_at_s is not None:
+            raise Gone(f"run {run_id} was removed: only its record is left")
+        if row is not None:
+            return str(row.location)
+    raise _unknown(run_id)

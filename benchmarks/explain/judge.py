@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import time
+from dataclasses import asdict, fields
 from typing import Any
 
 import numpy as np
 
 from benchmarks.hidden import STANDARD, Case, Conditions, case
 from identification.discrepancy import Explanation, explain
+from identification.discrepancy.confidence import Features
+from identification.discrepancy.evidence import Evidence
 from identification.errors import IdentificationError
+from identification.physical.model import name_of
 from identification.physical.modelfile import model_from_json
 
 Outcome = dict[str, Any]  # Any: a line of JSON
@@ -19,8 +23,9 @@ def judge(kind: str, seed: int, conditions: Conditions = STANDARD) -> Outcome:
     """Draw the case, explain it, and compare; the answer is one line of JSON."""
     hidden = case(seed, kind, conditions)
     outcome: Outcome = {
-        "kind": kind, "seed": seed, "true": sorted(hidden.effects), "family": hidden.detail.get("family"),
-        "unknown": hidden.detail.get("unknown"), "excess": hidden.excess, "mismatch": hidden.mismatch,
+        "kind": kind, "seed": seed, "runs": conditions.runs, "true": sorted(hidden.effects),
+        "family": hidden.detail.get("family"), "unknown": hidden.detail.get("unknown"),
+        "excess": hidden.excess, "mismatch": hidden.mismatch,
     }  # fmt: skip
     begun, busy = time.perf_counter(), time.process_time()
     try:
@@ -38,11 +43,10 @@ def answer(found: Explanation) -> Outcome:
         "verdict": str(found.verdict),
         "names": {e.element: e.confidence for e in found.effects},
         "alternatives": {e.element: dict(e.alternatives) for e in found.effects},
-        "evidence": {
-            e.element: {"spread": e.evidence.spread, "left": e.evidence.left, "own_share": e.evidence.own_share}
-            for e in found.effects
-            if e.evidence is not None
-        },
+        "judged": [
+            *(_judged(e.evidence, stated=True) for e in found.effects if e.evidence is not None),
+            *(_judged(e, stated=False) for e in found.withheld),
+        ],
         "held_out": {
             "as_given": held.as_given, "base_refitted": held.base_refitted, "final": held.final,
             "noise_floor": held.noise_floor, "closed": held.closed,
@@ -55,6 +59,26 @@ def answer(found: Explanation) -> Outcome:
             for m in found.moves
         ],
     }  # fmt: skip
+
+
+def _judged(e: Evidence, *, stated: bool) -> Outcome:
+    """A name that the search found, what spoke for it, and whether that was enough to state it."""
+    return {
+        "name": name_of(e.name), "stated": stated, "confidence": e.confidence, **_json_features(e.features),
+        "strengths": [s if np.isfinite(s) else None for s in e.strengths], "precision": list(e.precision),
+        "rivals": [[r.name, r.behind, r.finer] for r in e.rivals],
+    }  # fmt: skip
+
+
+def _json_features(features: Features) -> Outcome:
+    """The features of a name; JSON has no infinite margin, of a name without a rival it is null."""
+    return {key: value if np.isfinite(value) else None for key, value in asdict(features).items()}
+
+
+def features_from_json(data: Outcome) -> Features:
+    """The features of a judged name, from its line of JSON."""
+    own = {f.name: data[f.name] for f in fields(Features)}
+    return Features(**{**own, "margin": np.inf if own["margin"] is None else own["margin"]})
 
 
 def _against_truth(found: Explanation, hidden: Case) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import os
 from collections.abc import Callable, Sequence
@@ -23,8 +24,11 @@ from identification.compute import (
 
 
 def read(path: Path) -> list[Outcome]:
-    """Outcomes so far; a last line that an interruption cut short is left out."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    """Outcomes so far, of a file that may be compressed; a last line that an interruption cut short is left out."""
+    if not path.exists():
+        return []
+    text = gzip.decompress(path.read_bytes()).decode() if path.suffix == ".gz" else path.read_text(encoding="utf-8")
+    lines = text.splitlines()
     return [json.loads(line) for line in lines if line.endswith("}")]
 
 

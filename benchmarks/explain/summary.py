@@ -40,8 +40,13 @@ def statements(outcomes: Sequence[Outcome]) -> tuple[list[float], list[bool]]:
 
 
 def calibration_error(outcomes: Sequence[Outcome], bins: int = 10) -> float:
-    """Expected calibration error: Σ nₖ/n·|mean confidence − share right| over equal bins of confidence."""
-    confidence, ok = (np.array(x) for x in statements(outcomes))
+    """Expected calibration error over the names in the reports."""
+    return expected_calibration_error(*statements(outcomes), bins)
+
+
+def expected_calibration_error(confidences: Sequence[float], rights: Sequence[bool], bins: int = 10) -> float:
+    """Σ nₖ/n·|mean confidence − share right| over equal bins of confidence; nan without a name."""
+    confidence, ok = np.array(confidences), np.array(rights)
     if confidence.size == 0:
         return float("nan")
     at = np.minimum((confidence * bins).astype(int), bins - 1)

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.kinds import Kind
+
 Row = NDArray[np.float64]
 
 RATE_HZ = 1000.0
@@ -17,7 +19,7 @@ LEAD_SAMPLES = 500  # motion before the record begins
 class Experiment:
     """The motion of one run: `lines[k]` is the complex amplitude of harmonic k of the displacement, m."""
 
-    kind: str
+    kind: Kind
     lines: NDArray[np.complex128]
     period_samples: int
     samples: int
@@ -183,7 +185,7 @@ def _multisine(rng: np.random.Generator, envelope: Envelope, *, level: float, re
     corner = envelope.corner_hz
     low, high = rng.uniform(0.1, 0.5) * corner, min(reach * corner, 35.0)
     lines = multisine_lines(rng, period, low, high, rng.uniform(0.5, 1.5))
-    return _finish(rng, envelope, "multisine", lines, period, level, level, wave=wave)
+    return _finish(rng, envelope, Kind.MULTISINE, lines, period, level, level, wave=wave)
 
 
 def _sine(rng: np.random.Generator, envelope: Envelope, *, level: float, wave: bool) -> Experiment:
@@ -192,13 +194,15 @@ def _sine(rng: np.random.Generator, envelope: Envelope, *, level: float, wave: b
     period = round(cycles * RATE_HZ / wanted)
     lines = np.zeros(cycles + 1, dtype=np.complex128)
     lines[cycles] = sine_lines(rng)[1]
-    return _finish(rng, envelope, "sine", lines, min(period, 4000), level, level, wave=wave)
+    return _finish(rng, envelope, Kind.SINE, lines, min(period, 4000), level, level, wave=wave)
 
 
 def _triangle(rng: np.random.Generator, envelope: Envelope) -> Experiment:
     period = int(rng.choice([4000, 6000, 8000]))
     lines = triangle_lines(rng, int(rng.integers(25, 60)))
-    return _finish(rng, envelope, "triangle", lines, period, rng.uniform(0.6, 1.0), rng.uniform(0.1, 0.4), wave=False)
+    return _finish(
+        rng, envelope, Kind.TRIANGLE, lines, period, rng.uniform(0.6, 1.0), rng.uniform(0.1, 0.4), wave=False
+    )
 
 
 def _stepped(rng: np.random.Generator, envelope: Envelope) -> Experiment:
@@ -211,13 +215,13 @@ def _stepped(rng: np.random.Generator, envelope: Envelope) -> Experiment:
     )
     assert envelope.current_a is not None
     current = stepped_current(rng, moving.samples, *envelope.current_a)
-    return replace(moving, kind="steps", periodic=False, current=current)
+    return replace(moving, kind=Kind.STEPS, periodic=False, current=current)
 
 
 def _finish(
     rng: np.random.Generator,
     envelope: Envelope,
-    kind: str,
+    kind: Kind,
     lines: NDArray[np.complex128],
     period: int,
     stroke_level: float,

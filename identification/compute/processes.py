@@ -114,7 +114,9 @@ _INNER: list[Executor] = [Serial()]  # of this worker process: what its tasks ru
 
 def _begin(alive: Connection, threads: int) -> None:
     """Prepare a worker: it ends with its parent, or when that closes its end of the pipe."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # from a terminal it reaches the parent too, which ends this one
+    for name in ("SIGINT", "SIGHUP", "SIGQUIT"):  # from a terminal they reach the parent too, which ends this one
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
 
     def watch() -> None:
         alive.poll(None)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import exp
 
 import numpy as np
 
 from identification.criteria import TEXT
-from identification.discrepancy.confidence import BESIDE_A_CURVE, alike_curves, belief, beside_a_curve, rival_odds
-from identification.discrepancy.excess import contribution
+from identification.discrepancy.confidence import Features, confidence
+from identification.discrepancy.confidence_table import fitted_table
+from identification.discrepancy.excess import contribution, excess_of
 from identification.discrepancy.naming import Search
-from identification.discrepancy.strength import spread_of, strengths
+from identification.discrepancy.rivals import Rival, beside_a_curve, margin_of, rivals_of
+from identification.discrepancy.strength import seen_by, spread_of, strengths
 from identification.record import Record
 
 
@@ -21,11 +24,16 @@ class Evidence:
 
     name: str  # id of the element
     strengths: tuple[float, ...]  # estimated run by run, 1 is the common fit; nan where a run does not excite it
-    spread: float  # their scatter beyond noise
-    left: float  # share of the base's gap energy that all names together leave
+    precision: tuple[float, ...]  # of each, 1/variance
+    features: Features
+    rivals: tuple[Rival, ...]
     confidence: float
     alternatives: tuple[tuple[str, float], ...]
-    own_share: float  # of its signature: what no refit of the base could imitate
+
+    @property
+    def spread(self) -> float:
+        """Scatter of the strengths beyond noise."""
+        return self.features.spread
 
 
 def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
@@ -35,22 +43,30 @@ def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
 
 def _evidence(found: Search, name: str, records: Sequence[Record]) -> Evidence:
     values, precision = strengths(found.fit.model, name, records)
-    odds = rival_odds(found, name)
-    total = 1.0 + sum(odds.values())
-    believed = belief(found, name, values, precision, records)
-    others = {n: believed * w / total for n, w in odds.items()}
-    if beside_a_curve(found, name):
-        alike = alike_curves(found, name)
-        for n in alike:
-            others[n] += max(believed - BESIDE_A_CURVE, 0.0) / len(alike)
-        believed = min(believed, BESIDE_A_CURVE)
-    ranked = sorted(others.items(), key=lambda item: -item[1])[: TEXT.most_listed]
+    own_share = float(np.sqrt(np.sum(precision) / max(contribution(found.fit.model, name, records), 1e-300)))
+    rivals = rivals_of(found, name)
+    features = Features(
+        spread=spread_of(values, precision),
+        runs=seen_by(precision),
+        left_beside=max(found.excess, 0.0) / max(excess_of(found.compared[name].without), 1e-300),
+        margin=margin_of(rivals),
+        own_share=own_share,
+        beside_curve=beside_a_curve(found, name),
+    )
+    believed = confidence(features, fitted_table())
     return Evidence(
         name=name,
         strengths=tuple(float(v) for v in values),
-        spread=spread_of(values, precision),
-        left=max(found.excess, 0.0) / max(found.base_excess, 1e-300),
-        confidence=believed / total,
-        alternatives=tuple((n, b) for n, b in ranked if b > TEXT.listed),
-        own_share=float(np.sqrt(np.sum(precision) / max(contribution(found.fit.model, name, records), 1e-300))),
+        precision=tuple(float(p) for p in precision),
+        features=features,
+        rivals=tuple(rivals),
+        confidence=believed,
+        alternatives=_alternatives(1.0 - believed, rivals),
     )
+
+
+def _alternatives(doubt: float, rivals: Sequence[Rival]) -> tuple[tuple[str, float], ...]:
+    """The likeliest rivals and their shares of the doubt: e^-margin of each, against 1 for what was not tried."""
+    total = 1.0 + sum(exp(-r.margin) for r in rivals)
+    ranked = sorted(((r.name, doubt * exp(-r.margin) / total) for r in rivals), key=lambda item: -item[1])
+    return tuple((n, share) for n, share in ranked[: TEXT.most_listed] if share > TEXT.listed)

@@ -51,8 +51,8 @@ def contribution(model: Model, name: str, records: Sequence[Record]) -> float:
 def form_error(model: Model, names: Sequence[str], records: Sequence[Record], closed: float) -> float:
     """Whitened energy that the names may leave because a real effect's curve departs from its canonical form.
 
-    FORM.tolerance² times the energy of each element's force. Of that no more counts than 1/(1 − FORM.hidden)² times
+    FORM.tolerance² times the energy of each element's force. Of that no more counts than FORM.imitated² times
     `closed`, the energy by which the names lower the excess: the rest only replaces force of the base.
     """
-    most = max(closed, 0.0) / (1.0 - FORM.hidden) ** 2
+    most = FORM.imitated**2 * max(closed, 0.0)
     return sum(FORM.tolerance**2 * min(contribution(model, name, records), most) for name in names)

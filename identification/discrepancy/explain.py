@@ -77,10 +77,12 @@ def _search(
     base = fit_records(base.model, quiet)
     report("searching for missing effects", 0.2)
     found = search(model, base, quiet, on_progress=lambda text: report(text, 0.4))
-    found, evidence = drop_doubtful(found, quiet)
+    found, evidence, withheld = drop_doubtful(found, quiet)
     found = drop_departures(found, quiet)
     evidence = [e for e in evidence if e.name in found.names]
-    return SearchResult(base=base, found=found, evidence=evidence, hum=hum, train=train, held=held, quiet=quiet)
+    return SearchResult(
+        base=base, found=found, evidence=evidence, withheld=withheld, hum=hum, train=train, held=held, quiet=quiet
+    )
 
 
 def _find_hum(model: Model, train: Sequence[Record]) -> Hum | None:
@@ -116,7 +118,7 @@ def _with_noise_of(quiet: Record, record: Record) -> Record:
 def _conclude(given: Model, result: SearchResult, findings: Sequence[str], report: Progress) -> Explanation:
     """The explanation: everything fitted again to the whole records, judged, with the next test and the notes."""
     final = _fit_final(result)
-    base = fit_records(result.base.model, result.train, max_iterations=BUDGET.base_iterations)
+    base = fit_records(result.base.model, result.train, max_iterations=BUDGET.fit_iterations)
     traces = [
         _traces(r, given, base.model, final, held_out=held_out)
         for records, held_out in ((result.train, False), (result.held, True))
@@ -128,6 +130,7 @@ def _conclude(given: Model, result: SearchResult, findings: Sequence[str], repor
     return Explanation(
         verdict=judged.verdict,
         effects=judged.effects,
+        withheld=tuple(result.withheld),
         train=judged.train,
         held_out=judged.held_out,
         where=judged.where,
@@ -153,7 +156,7 @@ def _fit_final(result: SearchResult) -> Model:
     grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
     added = [e.id in found.names or e.id not in base.ids for e in grown.elements]
     elements = tuple(remove_limits(e) if new else e for e, new in zip(grown.elements, added, strict=True))
-    return fit_records(replace(grown, elements=elements), result.train, max_iterations=BUDGET.final_iterations).model
+    return fit_records(replace(grown, elements=elements), result.train, max_iterations=BUDGET.fit_iterations).model
 
 
 def _named_for_reader(compared: Compared) -> Compared:

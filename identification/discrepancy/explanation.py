@@ -89,6 +89,7 @@ class Explanation:
 
     verdict: Verdict
     effects: tuple[Effect, ...]
+    withheld: tuple[Evidence, ...]  # for names that the search found and that were too unlikely to state
     train: Gaps
     held_out: Gaps
     where: tuple[Region, ...]

@@ -33,11 +33,12 @@ class Hum:
 
 def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | None:
     """The strongest common tone in the residuals (one (M,) array per record, N), or None."""
-    nyquist = min(0.5 / r.dt for r in records)
-    wanted = {f for r in records for f in r.tones_hz} | {f for f in _SUPPLIES_HZ if f < FORM.tone_nyquist * nyquist}
+    # So many lines from the mean and from the Nyquist frequency, in the shortest run and the coarsest.
+    slowest = FORM.tone_lines / min(e.size * r.dt for e, r in zip(residuals, records, strict=True))
+    fastest = min(0.5 / r.dt for r in records) - slowest
+    wanted = {f for r in records for f in r.tones_hz} | {f for f in _SUPPLIES_HZ if f < fastest}
     residuals = [_changing(e, r) for e, r in zip(residuals, records, strict=True)]
     sights = [_sight(r) for r in records]
-    slowest = FORM.tone_cycles / min(e.size * r.dt for e, r in zip(residuals, records, strict=True))
     force = np.concatenate([r.measured for r in records])
     least = FORM.material * float(np.sqrt(2.0 * np.mean(force**2)))
     best: Hum | None = None
@@ -56,8 +57,8 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
         seen = np.mean(ratios > CHANCE.tone_power)
         if (
             middle > least
-            and seen >= FORM.tone_runs
-            and scatter < FORM.tone_scatter
+            and seen >= 1.0 - FORM.minor
+            and scatter < FORM.minor
             and (best is None or middle > best.amplitude)
         ):
             best = Hum(frequency, middle, scatter)
@@ -100,7 +101,7 @@ class _Sight:
     def weight(self, frequency: float) -> float:
         """Of the power at a frequency in what is left: then a tone weighs most at its own, however little is left."""
         left = self.left(frequency)
-        return self.samples / self.sigma**2 / left if left > CHANCE.unseen else 0.0
+        return self.samples / self.sigma**2 / left if left > CHANCE.rounding else 0.0
 
 
 def _sight(record: Record) -> _Sight:
@@ -114,7 +115,7 @@ def _fundamental(record: Record) -> float | None:
     x = record.motion.x[record.window]
     power = np.abs(np.fft.rfft((x - np.mean(x)) * np.hanning(x.size))) ** 2
     k = int(np.argmax(power[1:-1])) + 1
-    if np.sum(power[max(k - 2, 0) : k + 3]) <= FORM.one_sine * np.sum(power):
+    if np.sum(power[max(k - 2, 0) : k + 3]) <= (1.0 - FORM.tone_left) * np.sum(power):
         return None
     below, peak, above = np.log(np.maximum(power[k - 1 : k + 2], 1e-300))
     return float(k + 0.5 * (below - above) / (below - 2.0 * peak + above)) / (x.size * record.dt)

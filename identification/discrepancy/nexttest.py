@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.kinds import Kind
 from excitation.plan import test_from_config
 from identification.compute import run, run_here
 from identification.criteria import CHANCE, TEXT
@@ -26,6 +27,8 @@ from identification.record import Record, compact, record_to_come
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+_SHAPES = {Kind.SINE: "a sine", Kind.TRIANGLE: "a triangle", Kind.STEPS: "current steps under a sine"}
 Imagined = tuple[Mapping[str, Any], Record]  # a design and the record that its run would give
 
 
@@ -49,7 +52,7 @@ def propose(found: Search, uncertain: str | None, records: Sequence[Record]) -> 
         worth = [(value, config) for value, (config, _) in zip(values, unseen, strict=True) if value is not None]
     if not worth:
         return _explore(unseen, records)
-    if max(value for value, _ in worth) < CHANCE.unnoticed:
+    if max(value for value, _ in worth) < np.sqrt(CHANCE.at_noise):
         return NextTest(text=f"no test within the motion seen so far {words}: repeat the run that showed it")
     rms, config = max(worth, key=lambda w: w[0] / max(_seconds(w[1]), TEXT.least_test_s))
     return NextTest(
@@ -127,13 +130,13 @@ def library(records: Sequence[Record]) -> list[Mapping[str, Any]]:
         for fraction in (0.03, 0.2, 0.95):
             frequency = min(fraction * top, rate / 20.0)
             for level in levels:
-                designs.append(_design("sine", rate, part * stroke, frequency, level))
-                designs.append(_design("triangle", rate, part * stroke, 0.6 * frequency, level))
+                designs.append(_design(Kind.SINE, rate, part * stroke, frequency, level))
+                designs.append(_design(Kind.TRIANGLE, rate, part * stroke, 0.6 * frequency, level))
     if len(levels) == 2 and levels[0] is not None and levels[1] is not None:
         steps = [float(q) for q in np.linspace(levels[0], levels[1], 4)]
         designs += [
             {
-                "name": "next", "kind": "steps", "sample_rate": rate, "amplitude": 0.7 * stroke,
+                "name": "next", "kind": str(Kind.STEPS), "sample_rate": rate, "amplitude": 0.7 * stroke,
                 "frequency": 0.3 * speed / (2 * np.pi * 0.7 * stroke), "cycles": 12,
                 "levels": [steps[0], steps[2], steps[1], steps[3]], "step_time": 0.5, "seed": 1,
             }
@@ -141,16 +144,19 @@ def library(records: Sequence[Record]) -> list[Mapping[str, Any]]:
     return designs
 
 
-def _design(kind: str, rate: float, amplitude: float, frequency: float, level: float | None) -> dict[str, Any]:
+def _design(kind: Kind, rate: float, amplitude: float, frequency: float, level: float | None) -> dict[str, Any]:
     config: dict[str, Any] = {
         "name": "next",
-        "kind": kind,
+        "kind": str(kind),
         "sample_rate": rate,
         "amplitude": float(f"{amplitude:.4g}"),
         "frequency": float(f"{frequency:.4g}"),
         "cycles": int(np.clip(np.ceil(5.0 * frequency), 4, 60)),
         "settling_cycles": 2,
     }
+    if kind == "triangle":  # round corners, so that a rig can follow
+        slope = 4.0 * amplitude * frequency
+        config["corner_time"] = float(f"{min(2.0 * slope / TEXT.corner_m_s2, 0.5 / frequency):.4g}")
     if level is not None:
         config["current"] = float(f"{level:.4g}")
     return config
@@ -211,5 +217,5 @@ def _expected_record(config: Mapping[str, Any], records: Sequence[Record]) -> Re
 
 def _words(config: Mapping[str, Any]) -> str:
     current = f" at {config['current']:.3g} A" if "current" in config else ""
-    shape = {"sine": "a sine", "triangle": "a triangle", "steps": "current steps under a sine"}[str(config["kind"])]
+    shape = _SHAPES[Kind(config["kind"])]
     return f"{shape} of {1e3 * config['amplitude']:.3g} mm at {config['frequency']:.3g} Hz{current}"

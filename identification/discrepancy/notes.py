@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from excitation.kinds import Kind
 from identification.criteria import FORM, TEXT
 from identification.discrepancy.explanation import Traces
 from identification.errors import SimulationError
@@ -85,6 +86,6 @@ def of_runs(train: Sequence[Record], held: Sequence[Record]) -> list[str]:
         notes.append("the current is constant in every run: lags and hysteresis of the control could not have shown")
     if not any(r.has_temperature for r in every):
         notes.append("no run has a temperature: a fade with temperature could not have shown")
-    if all(r.kind in ("sine", "triangle") for r in every) and _one_frequency(every):
+    if all(r.kind in (Kind.SINE, Kind.TRIANGLE) for r in every) and _one_frequency(every):
         notes.append("one frequency only: a stiffness and a moving mass look alike here")
     return notes

@@ -62,7 +62,7 @@ def orthonormal(columns: Floats) -> Floats:
         return columns
     for _ in range(2):  # a Gram matrix squares the condition: the second pass restores orthogonality
         values, vectors = np.linalg.eigh(columns.T @ columns)
-        keep = values > CHANCE.rank**2 * values[-1]
+        keep = values > CHANCE.rounding**2 * values[-1]
         columns = columns @ (vectors[:, keep] / np.sqrt(values[keep]))
     return columns
 

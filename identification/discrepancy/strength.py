@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.criteria import CHANCE, FORM
+from identification.criteria import CHANCE
 from identification.discrepancy.signatures import orthonormal
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters
@@ -64,18 +64,6 @@ def spread_of(values: Floats, precision: Floats) -> float:
     mean = float(np.sum(w * v) / np.sum(w))
     variance = float(np.sum(w * (v - mean) ** 2) / np.sum(w)) - (v.size - 1) / float(np.sum(w))
     return float(np.sqrt(max(variance, 0.0)))
-
-
-def without_the_oddest(values: Floats, precision: Floats) -> tuple[Floats, Floats]:
-    """The strengths without the one farthest from the median, where enough remain and it does not dominate the mean."""
-    known = np.flatnonzero(_is_seen(precision))
-    if known.size < FORM.enough_runs:
-        return values, precision
-    away = precision[known] * (values[known] - np.median(values[known])) ** 2
-    odd = known[int(np.argmax(away))]
-    if precision[odd] > FORM.minor * np.sum(precision[known]):
-        return values, precision
-    return np.delete(values, odd), np.delete(precision, odd)
 
 
 def _is_seen(precision: Floats) -> NDArray[np.bool_]:

@@ -204,7 +204,7 @@ def _short_fit(start: Model, few: Sequence[Record]) -> Fit | None:
 
 def _rms_gap(fit: Fit, records: Sequence[Record]) -> float:
     noise = np.sqrt(np.mean([r.sigma**2 for r in records]))
-    return float(np.sqrt(max(fit.rms**2 - noise**2, (CHANCE.unnoticed * noise) ** 2)))
+    return float(np.sqrt(max(fit.rms**2 - noise**2, CHANCE.at_noise * noise**2)))
 
 
 def _fit_candidate(candidate: _Candidate, its: _Round) -> Trial | None:
@@ -254,14 +254,14 @@ def trial_of(fit: Fit, own_id: str, start: Fit, records: Sequence[Record], scree
 
 
 def _has_no_effect(fit: Fit, before: float) -> bool:
-    return excess_of(fit) > BUDGET.no_effect * before
+    return excess_of(fit) > (1.0 - FORM.helps) * before
 
 
 def _continue_fits(short_fits: Sequence[Fit], records: Sequence[Record], iterations: int) -> list[Fit]:
     """Continue the best of the short fits on all records, one after the other until one meets the noise."""
     ranked = distinct(sorted(short_fits, key=_merit))
     fits: list[Fit] = []
-    reach = BUDGET.continued_within * max(excess_of(ranked[0]), CHANCE.at_noise * ranked[0].samples)
+    reach = max(excess_of(ranked[0]), CHANCE.at_noise * ranked[0].samples) / BUDGET.half_as_good
     for fit in ranked:
         enough = len(fits) == BUDGET.continued_fits or excess_of(fit) > reach
         if fits and (enough or _at_noise(min(fits, key=_merit))):
@@ -336,8 +336,7 @@ def tolerance(trial: Trial) -> float:
 
     A share of what the element closes, not of its whole force: most of that may only trade places with the base.
     """
-    alike = FORM.alike_within if trial.own.spec.takes_any_form else FORM.tolerance
-    form = alike**2 * min(trial.contribution, trial.closed)
+    form = FORM.tolerance**2 * min(trial.contribution, trial.closed)
     return max(form, FORM.minor * max(trial.excess, 0.0))
 
 

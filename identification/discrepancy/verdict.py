@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.criteria import CHANCE, FORM
-from identification.discrepancy.confidence import ONE_RUN, TWO_RUNS
+from identification.criteria import CHANCE, FORM, TEXT
+from identification.discrepancy.confidence import confidence_without_rival
+from identification.discrepancy.confidence_table import fitted_table
 from identification.discrepancy.equation import describe
 from identification.discrepancy.evidence import Evidence, gather
 from identification.discrepancy.excess import (
@@ -38,6 +39,7 @@ class SearchResult:
     base: Fit
     found: Search
     evidence: Sequence[Evidence]
+    withheld: Sequence[Evidence]  # of names that were dropped as doubtful
     hum: Hum | None
     train: Sequence[Record]
     held: Sequence[Record]
@@ -72,20 +74,24 @@ class Judgement:
         return self.verdict in (Verdict.UNKNOWN_EFFECT, Verdict.PARTLY_EXPLAINED)
 
 
-def drop_doubtful(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence]]:
-    """Drop the names with too little confidence, one by one, and fit the rest again; then the evidence for them."""
-    while found.names:
-        evidence = gather(found, records)
-        weakest = min(evidence, key=lambda e: e.confidence)
+def drop_doubtful(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence], list[Evidence]]:
+    """Drop the names with too little confidence and fit the rest again; the evidence for these and for the dropped.
+
+    All evidence is that of the model with all names: what a dropped name leaves behind is no doubt about the others.
+    """
+    evidence = gather(found, records)
+    withheld: list[Evidence] = []
+    for weakest in sorted(evidence, key=lambda e: e.confidence):
         if weakest.confidence >= FORM.min_confidence:
-            return found, evidence
+            break
         try:
             rest = fit_records(found.fit.model.without(weakest.name), records)
         except SimulationError:  # the model can't run without it
-            return found, evidence
+            break
         names = tuple(n for n in found.names if n != weakest.name)
         found = replace(found, fit=rest, names=names, excess=excess_of(rest))
-    return found, []
+        withheld.append(weakest)
+    return found, [e for e in evidence if e.name in found.names], withheld
 
 
 def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judgement:
@@ -110,8 +116,8 @@ def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judge
 def test_is_worthwhile(judged: Judgement, runs: int) -> bool:
     """Whether a further test is worth its rig time after so many training runs."""
     if judged.verdict == Verdict.NO_DISCREPANCY:
-        return runs < FORM.few_runs
-    return judged.verdict != Verdict.EXPLAINED or any(e.confidence < FORM.sure for e in judged.effects)
+        return runs < TEXT.few_runs
+    return judged.verdict != Verdict.EXPLAINED or any(e.confidence < TEXT.sure for e in judged.effects)
 
 
 def _verdict(result: SearchResult, held: Gaps) -> Verdict:
@@ -148,7 +154,7 @@ def _effects(result: SearchResult, final: Model, train: Gaps) -> tuple[Effect, .
     if result.hum is not None:
         element = final.element(TONE.name)
         without = float(np.hypot(train.final, result.hum.amplitude / np.sqrt(2.0)))
-        belief = {1: ONE_RUN, 2: TWO_RUNS}.get(len(result.train), FORM.hum_confidence)
+        belief = confidence_without_rival(len(result.train), fitted_table())
         effects.append(_effect(element, belief, (), without, train.final, None))
     return tuple(effects)
 

@@ -37,7 +37,7 @@ def refine_curve(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
         )
     except SimulationError:
         return fit
-    return shaped if shaped.chi2 < fit.chi2 - max(CHANCE.slack, FORM.finer_shape_closes * excess) else fit
+    return shaped if shaped.chi2 < fit.chi2 - max(CHANCE.slack, FORM.helps * excess) else fit
 
 
 def refine_curves(fit: Fit, records: Sequence[Record]) -> Fit:
@@ -59,6 +59,5 @@ def with_shapes_of(model: Model, fitted: Model) -> Model:
 def _start(units: set[str], records: Sequence[Record], gap: float) -> Parameter:
     """First value and limits of a build-up: at zero its gradient vanishes, and a step that lands there would stay."""
     scales = scales_of(records, gap)
-    scale = scales.speeds[0] if units == {"m/s"} else FORM.build_up_travel * scales.x_rms
-    low, value, high = (part * scale for part in FORM.build_up_span)
-    return Parameter(value=value, low=low, high=high)
+    scale = scales.speeds[0] if units == {"m/s"} else FORM.minor * scales.x_rms
+    return Parameter(value=BUDGET.build_up * scale, low=CHANCE.visible * scale, high=FORM.disproportionate * scale)

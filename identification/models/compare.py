@@ -19,6 +19,7 @@ from identification.models.motion import Motion
 from identification.models.protocol import SimulationModel
 from identification.models.simulation import check_inputs, for_every_sample, name_of
 from identification.noise import between_periods
+from identification.period import with_period_seen
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -177,7 +178,7 @@ def _numbered(names: Sequence[str]) -> list[str]:
 
 
 def _course(run: Run) -> Course:
-    noise = None
+    noise, run = None, with_period_seen(run).run
     if is_periodic(run):
         force = periods(run, "force")
         settled = force[settling_periods(force) :]

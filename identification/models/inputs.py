@@ -11,18 +11,19 @@ from scipy.ndimage import uniform_filter1d
 from identification.derivatives import Kinematics, periodic_kinematics, smooth_kinematics
 from identification.errors import DataError
 from identification.models.motion import Motion
+from identification.period import SHORTEST, with_period_seen
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
 
 ROOM_TEMPERATURE_DEGC = 25.0  # where a run has none
 _SETTLED = 1.5  # a period is settled when it differs from those after it by no more than this multiple of the noise
-_SHORTEST = 8  # samples of a period
 _REPEATS = 1e-6  # of the highest value: tolerance of a repetition, for the rounding of a file
 
 
 def motion_of(run: Run) -> Motion:
     """Clean inputs of a run: its mean period repeated where it is periodic, a smoothed record where it is not."""
+    run = with_period_seen(run).run
     if not is_periodic(run):
         return free_motion(run)[0]
     shown = periods(run, "force" if "force" in run.channels else "displacement")
@@ -91,8 +92,8 @@ def _series(name: str, values: ArrayLike, samples: int | None) -> Floats:
 
 
 def _check_period(samples: int, period: int, settle: int) -> None:
-    if period and not _SHORTEST <= period <= samples:
-        raise DataError(f"period is {period} samples: it must be 0, or lie within [{_SHORTEST}, {samples}]")
+    if period and not SHORTEST <= period <= samples:
+        raise DataError(f"period is {period} samples: it must be 0, or lie within [{SHORTEST}, {samples}]")
     if period and samples % period:
         raise DataError(f"displacement has {samples} samples: not a whole number of periods of {period}")
     count = samples // period if period else 1
@@ -119,8 +120,8 @@ def _kinematics(x: Floats, sample_rate_hz: float, period: int, settle: int) -> K
 
 
 def is_periodic(run: Run) -> bool:
-    """Whether a run holds two periods or more."""
-    return run.period_samples >= _SHORTEST and run.samples >= 2 * run.period_samples
+    """Whether a run holds two periods or more; whether they repeat is seen by `with_period_seen`."""
+    return run.period_samples >= SHORTEST and run.samples >= 2 * run.period_samples
 
 
 def periods(run: Run, channel: str) -> Floats:

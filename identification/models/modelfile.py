@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from excitation.atomic import written_whole
+from excitation.untrusted import parse_json
 from identification.errors import ModelError, ModelFileError
 from identification.models.choice import Choice
 from identification.models.protocol import SimulationModel
@@ -121,7 +122,7 @@ def _parsed(path: Path) -> Json:
         reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
         raise ModelFileError(f"{path}: can't be read ({reason}): give a model file in JSON") from error
     try:
-        return json.loads(text)
+        return parse_json(text)
     except json.JSONDecodeError as error:
         raise ModelFileError(f"{path}: line {error.lineno}, column {error.colno}: no JSON ({error.msg})") from error
     except (ValueError, RecursionError) as error:

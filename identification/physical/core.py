@@ -6,14 +6,14 @@
 from __future__ import annotations
 
 from identification.physical.compiled import compiled, inlined
-from identification.physical.elements import Family
+from identification.physical.elements import SHIFT, Family
 from identification.physical.elements.equations.damping import damping
 from identification.physical.elements.equations.friction import friction
 from identification.physical.elements.equations.modifiers import modifier
 from identification.physical.elements.equations.motion import motion_force
 from identification.physical.elements.equations.point import Force
 from identification.physical.elements.equations.springs import spring
-from identification.physical.program import FACTOR, SCALED, SHIFT
+from identification.physical.program import FACTOR, SCALED
 
 _DAMPING, _FRICTION, _SPRING = int(Family.DAMPING), int(Family.FRICTION), int(Family.SPRING)
 _MOTION, _MODIFIER = int(Family.MOTION), int(Family.MODIFIER)

@@ -16,7 +16,6 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-SHIFT = 5  # code >> SHIFT is the family: a family has room for 32 elements
 UNSCALED, SCALED, FACTOR = range(3)  # how modifiers act on the partial by a parameter, see `core.modify`
 POSITION_AND_CURRENT, EVERYTHING = 1, 2  # what a core is driven by beside its velocity
 E, Z, W, EXPECTED, TOLERANCE, RATE, BRANCH, FIRST_RATE, CHANGE, MET_AT_ONCE, STATE = range(11)

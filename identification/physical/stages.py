@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from identification.physical.compiled import compiled, inlined
 from identification.physical.core import modify, rare_forces
-from identification.physical.elements import Family
+from identification.physical.elements import SHIFT, Family
 from identification.physical.elements.equations.damping import STIFF, damping
 from identification.physical.elements.equations.friction import friction
 from identification.physical.elements.equations.point import Point
 from identification.physical.elements.equations.springs import spring
-from identification.physical.program import SHIFT
 
 _DAMPING, _FRICTION, _SPRING = int(Family.DAMPING), int(Family.FRICTION), int(Family.SPRING)
 U, TEMPERATURE, ACCELERATION, AMPLITUDE = range(4)  # columns of what drives a core beside its motion

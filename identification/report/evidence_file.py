@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.atomic import written_whole
+from excitation.untrusted import DAMAGE, Limits, open_hdf5
 from identification.errors import OutputError, ReportFileError
 from identification.report.page_data import PageData
 
@@ -45,13 +46,14 @@ def read_evidence(path: Path) -> PageData:
     if not path.is_file():
         raise ReportFileError(f"{path}: no such file: give the folder that 'damper-rig explain' wrote")
     try:
-        with h5py.File(path, "r") as file:
+        with open_hdf5(path, ReportFileError, limits=Limits(booleans=True)) as file:
             _check_format(file)
             data: PageData = _read_fields(file, PageData, "")
             return data
     except ReportFileError as error:
-        raise ReportFileError(f"{path}: {error}") from None
-    except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
+        text = str(error)
+        raise ReportFileError(text if text.startswith(f"{path}: ") else f"{path}: {text}") from None
+    except DAMAGE as error:
         reason = " ".join(str(error).split())[:160]
         raise ReportFileError(f"{path}: damaged or not an HDF5 file ({reason})") from error
 
@@ -171,18 +173,13 @@ def _dataset(group: h5py.Group, name: str, place: str) -> h5py.Dataset:
     found = _here(group, name, place)
     if not isinstance(found, h5py.Dataset) or found.shape is None:
         raise ReportFileError(f"{place} is no dataset: values are due")
-    if found.external or found.is_virtual:
-        raise ReportFileError(f"{place} lies in another file: the values must be in this one")
     if found.size * found.dtype.itemsize > _MOST_BYTES:
         raise ReportFileError(f"{place} has {found.size} values: more than any page draws")
     return found
 
 
 def _here(group: h5py.Group, name: str, place: str) -> Value:
-    """A member that is in this file and no link."""
-    link = group.get(name, getlink=True)
-    if link is None:
+    """A member; ``open_hdf5`` has refused links."""
+    if name not in group:
         raise ReportFileError(f"{place} is missing")
-    if not isinstance(link, h5py.HardLink):
-        raise ReportFileError(f"{place} is a link to elsewhere: it must be in this file")
     return group[name]

@@ -27,6 +27,8 @@ FLAGS = (
     "--remote-debugging-pipe",
 )
 
+KEYS = {"Enter": (13, "\r"), "Tab": (9, ""), " ": (32, " ")}  # name: code and what it types
+
 # The browser reads its file descriptor 3 and writes its 4. They are moved out of the way first: one may be the other
 PIPES_FIRST = """
 import fcntl, os, sys
@@ -74,6 +76,13 @@ class Page:
         while not self.evaluate(expression):
             assert time.monotonic() < ends, f"not true within {within_s} s: {expression}"
             time.sleep(0.05)
+
+    def press(self, key: str) -> None:
+        """Press a key of the keyboard: what has the focus gets it."""
+        code, text = KEYS[key]
+        for kind in ("keyDown", "keyUp"):
+            told = {"text": text} if text and kind == "keyDown" else {}
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code, **told)
 
     def picture(self, path: Path) -> bytes:
         data = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import pytest
 from sqlalchemy import update
 
+from api.campaigns.rig_store import RigStore
 from api.campaigns.store import CampaignStore
 from api.processes.child import Child
 from api.store.database import Database
-from api.store.tables import jobs, leases
+from api.store.leases import holders
+from api.store.tables import jobs
+from rigctl.address import connect
+from rigctl.operator_acts import reset, stop
 from rigctl.runfile import write_run
 from tests.api.measured import MODEL, NAMES, a_run
 
@@ -26,9 +32,23 @@ def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     return f"sqlite:///{tmp_path / 'store' / 'campaigns.db'}"
 
 
+class Steady:
+    """The steady clock of this process, which a test lets run ahead."""
+
+    ahead_s = 0.0
+
+    def __call__(self) -> float:
+        return time.monotonic() + self.ahead_s
+
+
 @pytest.fixture
-def database(database_url: str) -> Iterator[Database]:
-    with Database(database_url) as opened:
+def steady() -> Steady:
+    return Steady()
+
+
+@pytest.fixture
+def database(database_url: str, steady: Steady) -> Iterator[Database]:
+    with Database(database_url, clock=steady) as opened:
         yield opened
 
 
@@ -38,13 +58,19 @@ def store(database: Database) -> CampaignStore:
 
 
 @pytest.fixture
-def pass_time(database: Database) -> Callable[[float], None]:
-    """Let seconds pass for every lease and every end of a job: the database's clock itself cannot be moved."""
+def rigs(database: Database) -> RigStore:
+    return RigStore(database)
+
+
+@pytest.fixture
+def pass_time(database: Database, steady: Steady) -> Callable[[float], None]:
+    """Let seconds pass for every lease, as this process has seen it, and for every end of a job."""
 
     def passed(seconds: float) -> None:
         with database.writing() as connection:
-            connection.execute(update(leases).values(expires_at_s=leases.c.expires_at_s - seconds))
+            holders(connection, database.sightings)  # it has seen them all
             connection.execute(update(jobs).values(ended_at_s=jobs.c.ended_at_s - seconds))
+        steady.ahead_s += seconds
 
     return passed
 
@@ -64,8 +90,27 @@ def body() -> dict[str, Any]:
     }
 
 
+@pytest.fixture
+def rig(shared_rig: str) -> str:
+    """The address of a simulated rig without a latched fault: an operator has reset it."""
+    with closing(connect(shared_rig)) as wire:
+        wire.identify(2.0)
+        stop(wire)
+        reset(wire)
+    return shared_rig
+
+
+@pytest.fixture
+def fresh_rig(tmp_path: Path) -> Iterator[str]:
+    """A simulated rig of its own: what it measures does not depend on the tests before."""
+    with Child(
+        ["sim", "--listen", "modbus://127.0.0.1:0", "--seed", "3", "--speed", "10"], tmp_path / "sim.log"
+    ) as child:
+        yield child.wait_until_ready(120.0)
+
+
 @pytest.fixture(scope="session")
-def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def shared_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """The address of a simulated rig that runs as a process of its own, ten times faster than real time."""
     log = tmp_path_factory.mktemp("rig") / "sim.log"
     with Child(["sim", "--listen", "modbus://127.0.0.1:0", "--seed", "3", "--speed", "10"], log) as child:

@@ -47,3 +47,28 @@ def playing(campaign: Answer) -> bool:
 
 def states(campaign: Answer) -> list[str]:
     return [test["state"] for test in campaign["tests"]]
+
+
+def rig_of(base: str, url: str) -> Answer:
+    """The rig with this address as the service shows it."""
+    [rig] = [rig for rig in get(base, "/v1/rigs")["rigs"] if rig["url"] == url]
+    answer: Answer = rig
+    return answer
+
+
+def until_rig(base: str, url: str, is_there: Callable[[Answer], bool], within_s: float = 60.0) -> Answer:
+    """The rig with this address as soon as it is where a test wants it."""
+    reached(base, "/v1/rigs", lambda answer: any(r["url"] == url and is_there(r) for r in answer["rigs"]), within_s)
+    return rig_of(base, url)
+
+
+def worker_of(base: str, url: str) -> int:
+    """The process id of the worker of a rig, as its lease says."""
+    return int(rig_of(base, url)["worker"].split(":")[1])
+
+
+def resume(base: str, rig: str) -> None:
+    """Resume the queue of a rig."""
+    response = httpx.post(f"{base}/v1/rigs/resume", json={"rig": rig}, timeout=30)
+    assert response.status_code == 200, response.text
+    assert response.json()["paused"] is None

@@ -10,14 +10,18 @@ from threading import Thread
 
 import httpx
 import uvicorn
-from fastapi import FastAPI
+from starlette.types import ASGIApp
+
+from api.access.strict_http import StrictHttp
 
 
 @contextmanager
-def serving(app: FastAPI) -> Iterator[httpx.Client]:
+def serving(app: ASGIApp) -> Iterator[httpx.Client]:
     """A client of the app; the server has ended when the block ends."""
-    server = uvicorn.Server(uvicorn.Config(app, log_level="critical", lifespan="on", timeout_graceful_shutdown=3))
-    with socket.create_server(("127.0.0.1", 0)) as listening:
+    config = uvicorn.Config(app, http=StrictHttp, log_level="critical", lifespan="on", timeout_graceful_shutdown=3)
+    server = uvicorn.Server(config)
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP) as listening:  # TCP: sends at once
+        listening.bind(("127.0.0.1", 0))
         thread = Thread(target=server.run, kwargs={"sockets": [listening]})
         thread.start()
         ends = time.monotonic() + 20

@@ -12,15 +12,20 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from api.campaigns.envelopes import check_campaign, envelopes_of, service_envelopes
 from api.campaigns.held_rig import HeldRig, hold_rig
 from api.campaigns.new_campaign import NewCampaign
 from api.campaigns.orders import Asked, Order
 from api.campaigns.records import CampaignState, TestState
+from api.campaigns.rig_store import RigStore
 from api.campaigns.store import CampaignStore
 from api.campaigns.worker import close_left_open
 from api.errors import Conflict, LeaseLost, NotFound
+from api.findings import Refused
+from api.settings import Settings
 from api.store.database import Database
 from api.store.runs import RunRecord, RunStore
+from excitation.errors import DesignError
 
 RIG = "modbus://127.0.0.1:5020"
 LEASE_S = 20.0
@@ -101,7 +106,7 @@ def test_whoever_lost_the_lease_can_write_nothing(
         lambda: late.progress(campaign, 0, "running", 1, ""),
         lambda: late.end_test(campaign, 0, TestState.DONE, ""),
         lambda: late.add_run(campaign, a_run(campaign.id)),
-        lambda: late.end(campaign, CampaignState.DONE, ""),
+        lambda: late.end(campaign, CampaignState.DONE, "", pauses=False),
     ):
         with pytest.raises(LeaseLost):
             write()
@@ -118,7 +123,7 @@ def test_a_lease_that_ran_out_but_that_nobody_took_is_still_held(
     held = leased(database)
     held.take_next()
     pass_time(10 * LEASE_S)
-    held.end(campaign, CampaignState.DONE, "")
+    held.end(campaign, CampaignState.DONE, "", pauses=False)
     assert store.campaign(campaign.id).state is CampaignState.DONE
 
 
@@ -188,7 +193,7 @@ def test_what_is_asked_of_a_running_campaign_can_be_taken_back_until_it_ends(
             store.ask(campaign.id, wish, "")
     told = [event.text for event in store.events(campaign.id) if "asked for" in event.text]
     assert told == [f"{what} asked for: {why}" for what, why in ASKED_FOR]
-    held.end(campaign, CampaignState.ABORTED, "abort")
+    held.end(campaign, CampaignState.ABORTED, "abort", pauses=False)
     assert store.campaign(campaign.id).asked is Asked.NOTHING
     with pytest.raises(Conflict, match="is aborted"):
         store.ask(campaign.id, Asked.HOLD, "")
@@ -210,7 +215,7 @@ def test_an_ended_campaign_cannot_be_aborted(
     campaign = store.create(NewCampaign(**body))
     held = leased(database)
     held.take_next()
-    held.end(campaign, state, "")
+    held.end(campaign, state, "", pauses=False)
     with pytest.raises(Conflict, match=str(state)):
         store.abort(campaign.id, "too late")
 
@@ -222,16 +227,20 @@ def test_what_does_not_exist_is_not_found(store: CampaignStore) -> None:
 
 
 def test_rigs_tell_who_drives_them_and_what_waits(
-    database: Database, store: CampaignStore, body: dict[str, Any], pass_time: Callable[[float], None]
+    database: Database,
+    store: CampaignStore,
+    rigs: RigStore,
+    body: dict[str, Any],
+    pass_time: Callable[[float], None],
 ) -> None:
     first = store.create(NewCampaign(**body))
     store.create(NewCampaign(**body))
     assert store.rigs_with_work() == (RIG,)
     leased(database).take_next()
-    [rig] = store.rigs()
+    [rig] = rigs.rigs()
     assert (rig.url, rig.worker, rig.running, rig.accepted) == (RIG, "worker 1", first.id, 1)
     pass_time(LEASE_S + 1)
-    assert store.rigs()[0].worker == ""
+    assert rigs.rigs()[0].worker == ""
 
 
 def test_the_list_is_newest_first_in_pages_and_by_state(store: CampaignStore, body: dict[str, Any]) -> None:
@@ -243,20 +252,22 @@ def test_the_list_is_newest_first_in_pages_and_by_state(store: CampaignStore, bo
     assert [c.id for c in store.campaigns(state=CampaignState.ABORTED)] == [made[2].id]
 
 
-STEPS = st.lists(st.sampled_from(["create", "take", "test", "hold", "abort", "end", "die"]), max_size=12)
+DOES = ["create", "take", "test", "hold", "abort", "end", "put back", "resume", "die"]
+STEPS = st.lists(st.sampled_from(DOES), max_size=12)
 
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(steps=STEPS)
-def test_whatever_happens_every_campaign_tells_one_true_story(
+def test_whatever_happens_the_record_of_every_campaign_is_true(
     database: Database,
     store: CampaignStore,
+    rigs: RigStore,
     body: dict[str, Any],
     pass_time: Callable[[float], None],
     tmp_path: Path,
     steps: list[str],
 ) -> None:
-    """Ended campaigns stay as they ended; no more than one runs; none is lost."""
+    """Ended campaigns stay as they ended; no more than one runs, none starts in a paused queue; none is lost."""
     pass_time(2 * LEASE_S)
     held, running = leased(database), None
     close_left_open(held, RunStore(database, tmp_path))
@@ -267,7 +278,9 @@ def test_whatever_happens_every_campaign_tells_one_true_story(
             case "create":
                 made.add(store.create(NewCampaign(**body)).id)
             case "take" if running is None:
+                paused = any(rig.pause for rig in rigs.rigs())
                 running = held.take_next()
+                assert not (paused and running)
             case "test" if running is not None:
                 held.end_test(running, 0, TestState.DONE, "")
             case "hold" if running is not None:
@@ -277,8 +290,13 @@ def test_whatever_happens_every_campaign_tells_one_true_story(
                 store.abort(running.id, "asked")
             case "end" if running is not None:
                 reason = held.renew(running).reason
-                held.end(running, CampaignState.ABORTED if reason else CampaignState.DONE, reason or "")
+                held.end(running, CampaignState.ABORTED if reason else CampaignState.DONE, reason or "", pauses=False)
                 running = None
+            case "put back" if running is not None:
+                held.put_back(running, "no answer")
+                running = None
+            case "resume" if made:
+                rigs.resume(RIG)
             case "die":
                 pass_time(2 * LEASE_S)
                 held, running = leased(database, "next"), None
@@ -288,3 +306,23 @@ def test_whatever_happens_every_campaign_tells_one_true_story(
         assert sum(c.state is CampaignState.RUNNING for c in now.values()) == (running is not None)
         assert all(now[key] == campaign for key, campaign in ended.items())
         ended = {c.id: c for c in now.values() if c.ended_at_s is not None}
+
+
+def test_the_envelopes_of_a_campaign_are_checked_stored_and_hold_beside_those_of_the_service(
+    store: CampaignStore, body: dict[str, Any], tmp_path: Path
+) -> None:
+    wide = {"motion": {"max_displacement": 0.05, "max_velocity": 1.0}}
+    small = {"name": "small", "motion": {"max_displacement": 0.004, "max_velocity": 1.0}}
+    with pytest.raises(Refused, match="test 'slow' exceeds the rig: displacement"):
+        NewCampaign(**{**body, "envelopes": [wide, small]})
+    with pytest.raises(Refused, match=r"envelopes\[0\]"):
+        NewCampaign(**{**body, "envelopes": [{"motion": {"max_speed": 1.0}}]})
+    made = store.create(NewCampaign(**{**body, "envelopes": [wide]}))
+    (tmp_path / "rig.toml").write_text("[motion]\nmax_displacement = 0.004\nmax_velocity = 2.0\n")
+    service = service_envelopes(Settings(envelopes=str(tmp_path / "rig.toml")))
+    held = envelopes_of(store.campaign(made.id), service)
+    assert [one.motion.max_displacement_m for one in held] == [0.004, 0.05]
+    with pytest.raises(Refused, match="displacement"):
+        check_campaign(NewCampaign(**body).plan, service)
+    with pytest.raises(DesignError, match=r"absent\.toml"):
+        service_envelopes(Settings(envelopes=str(tmp_path / "absent.toml")))

@@ -111,7 +111,7 @@ def test_whenever_the_demo_is_interrupted_everything_ends_and_the_rig_is_safe(
         assert not (out / log).exists() or "Traceback" not in (out / log).read_text()
 
 
-def test_the_demo_keeps_its_hands_off_a_folder_with_other_things_in_it(tmp_path: Path) -> None:
+def test_the_demo_changes_no_folder_with_other_things_in_it(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("four years of work")
     ended = subprocess.run([*COMMAND, "-o", str(tmp_path)], capture_output=True, text=True, timeout=60, check=False)
     assert ended.returncode == 2

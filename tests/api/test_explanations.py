@@ -140,11 +140,11 @@ def test_work_begins_anew_after_a_stop_of_the_service_and_is_said_to_be_lost_aft
 
 @pytest.mark.browser
 def test_a_test_engineer_asks_in_the_browser_and_reads_the_report(
-    service: Child, rig: str, chromium: Path, tmp_path: Path
+    service: Child, fresh_rig: str, chromium: Path, tmp_path: Path
 ) -> None:
     sine = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.01, "frequency": 2.0, "cycles": 3, "current": 0.8}
     tests = [{"name": "sine", **sine}, {"name": "faster", **sine, "frequency": 3.0, "held_out": True}]
-    campaign = post(service.url, {"name": "check", "rig": rig, "specimen": "damper 7", "tests": tests})
+    campaign = post(service.url, {"name": "check", "rig": fresh_rig, "specimen": "damper 7", "tests": tests})
     until(service.url, campaign["id"], campaign_ended)
     (tmp_path / "model.json").write_text(json.dumps(MODEL))
     with browser(chromium, tmp_path / "profile") as page:

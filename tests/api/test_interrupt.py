@@ -30,7 +30,7 @@ except KeyboardInterrupt:
 """
 
 
-def test_an_interruption_that_a_library_swallows_comes_again_and_more_signals_do_not_break_the_way_out() -> None:
+def test_an_interruption_that_a_library_suppresses_is_raised_again_and_more_signals_do_not_stop_the_clean_up() -> None:
     with subprocess.Popen([sys.executable, "-c", SCRIPT], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         for line in process.stdout:
@@ -43,3 +43,31 @@ def test_an_interruption_that_a_library_swallows_comes_again_and_more_signals_do
             seen = line.strip()
         assert seen == "clean"
         assert process.wait(20) == 0
+
+
+IMPATIENT = """
+import os, signal, sys
+import api.cli.main as cli
+
+def interrupt():
+    os.kill(os.getpid(), signal.SIGINT)
+
+@cli.app.command()
+def patient():
+    interrupt()
+
+say = cli._say
+def say_among_signals(text):
+    interrupt()
+    say(text)
+    interrupt()
+
+cli._say = say_among_signals
+sys.argv = ["damper-rig", "patient"]
+cli.run()
+"""
+
+
+def test_a_signal_while_an_interrupted_command_says_so_changes_neither_its_status_nor_its_line() -> None:
+    ended = subprocess.run([sys.executable, "-c", IMPATIENT], capture_output=True, text=True, timeout=60)
+    assert (ended.returncode, ended.stderr) == (1, "damper-rig: interrupted\n")

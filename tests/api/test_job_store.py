@@ -94,7 +94,7 @@ def test_a_result_says_what_it_came_to(database: Database, jobs: JobStore) -> No
     assert (done.result, done.done, done.has_files) == ({"gap_n": 1.5, "converged": True}, 1.0, True)
     assert done.ended_at_s is not None
     with database.reading() as connection:
-        assert holders(connection) == {}
+        assert holders(connection, database.sightings) == {}
 
 
 def test_what_a_dead_worker_left_running_is_closed_and_the_dead_one_writes_nothing(
@@ -114,7 +114,7 @@ def test_what_a_dead_worker_left_running_is_closed_and_the_dead_one_writes_nothi
     assert jobs.one(job.id) == closed
 
 
-def test_a_late_sign_of_life_keeps_a_job_that_nobody_has_closed(
+def test_a_late_renewal_keeps_a_job_that_nobody_has_closed(
     database: Database, jobs: JobStore, pass_time: Seconds
 ) -> None:
     job = accept(jobs)
@@ -144,7 +144,7 @@ def test_the_list_is_newest_first_in_pages_by_kind_and_by_campaign(jobs: JobStor
     assert jobs.newest(campaign_id="c1") == (made[3], made[1])
 
 
-def test_a_view_of_one_kind_sees_no_other_and_speaks_of_its_own(database: Database, jobs: JobStore) -> None:
+def test_a_view_of_one_kind_finds_no_other_and_names_its_own(database: Database, jobs: JobStore) -> None:
     fit, explanation = accept(jobs, "fit"), accept(jobs, "explain")
     explanations = JobStore(database, kind="explain", noun="explanation")
     assert explanations.newest() == (explanation,)

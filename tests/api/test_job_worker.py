@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -9,13 +11,17 @@ from pathlib import Path
 import pytest
 
 from api.jobs.held_job import take_next
+from api.jobs.process import JobProcess
 from api.jobs.records import Job, JobState
-from api.jobs.results import Results
+from api.jobs.results import Results, put_results_right
 from api.jobs.store import JobStore
 from api.jobs.worker import JobWorker
 from api.settings import Settings
 from api.store.database import Database
+from api.store.part_file import PartMark
 from api.store.runs import RunStore
+from rigctl.runfile import write_run
+from tests.api.measured import MODEL, a_run
 
 
 @pytest.fixture
@@ -80,3 +86,53 @@ def test_results_are_removed_when_they_are_older_than_the_setting_says(
     until(lambda: not jobs.one(job.id).has_files)
     assert not results.folder(job.id).exists()
     assert jobs.one(job.id).result == {"gap_n": 1.0}
+
+
+def test_what_kill_9_leaves_of_a_result_is_removed_and_what_is_being_written_is_left_alone(
+    database: Database, results: Results
+) -> None:
+    jobs = JobStore(database)
+    written, whole, broken = (accept(jobs, "fit") for _ in range(3))
+    marks = {job.id: results.begin(job.id) for job in (written, whole, broken)}
+    for job in (written, whole, broken):
+        (results.folder(job.id) / ".report.html.7.tmp").touch()
+    while (held := take_next(database, "dead", 20.0)) is not None:
+        if held.job.id == whole.id:
+            held.end(JobState.DONE)
+    for job in (whole, broken):
+        left_as_a_crash_does(marks[job.id])
+    assert put_results_right(jobs, results) == 2
+    assert sorted(path.name for path in results.root.iterdir()) == sorted([written.id, f"{written.id}.part", whole.id])
+    marks[written.id].end(keep=True)
+    assert sorted(path.name for path in results.root.iterdir()) == sorted([written.id, whole.id])
+
+
+def left_as_a_crash_does(mark: PartMark) -> None:
+    mark._file.close()
+
+
+def test_the_process_of_a_job_keeps_its_result_marked_after_its_service_was_killed(
+    database: Database, results: Results, tmp_path: Path
+) -> None:
+    jobs = JobStore(database)
+    job = accept(jobs, "fit")
+    write_run(tmp_path / "run.h5", a_run(1, 2.0))
+    mark = results.begin(job.id)
+    request = {"model": MODEL, "runs": ["x"], "held_out": []}
+    folder = results.folder(job.id)
+    with JobProcess("fit", request, [tmp_path / "run.h5"], [], folder=folder, part=mark.handle) as process:
+        os.kill(process.pid, signal.SIGSTOP)
+        left_as_a_crash_does(mark)
+        assert put_results_right(jobs, results) == 0
+        os.kill(process.pid, signal.SIGKILL)
+        assert process.ended(60.0)
+    assert put_results_right(jobs, results) == 1
+    assert list(results.root.iterdir()) == []
+
+
+def test_a_job_leaves_no_mark_behind_however_it_ends(database: Database, worker: JobWorker, results: Results) -> None:
+    jobs = JobStore(database)
+    job = accept(jobs, "characterise")
+    worker.start()
+    assert ended(jobs, job).state is JobState.FAILED
+    until(lambda: list(results.root.iterdir()) == [])

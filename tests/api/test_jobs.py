@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +48,17 @@ def test_a_fit_is_that_of_the_command_line(base: str, folder: Path, tmp_path: Pa
     assert job["result"]["converged"] is True
     assert job["result"]["gap_n"] > 0.0
     assert job in get(base, "/v1/jobs?kind=fit")["jobs"]
-    assert get(base, "/v1/explanations") == {"explanations": [], "next_before": None}
+    assert get(base, "/v1/explanations") == {"explanations": [], "next_before": None, "next_cursor": None}
+
+
+def test_a_flood_of_jobs_is_sent_away_and_everybody_else_is_answered(base: str, folder: Path) -> None:
+    body = {"kind": "characterise", "runs": [sent(base, folder / NAMES[0])]}
+    with ThreadPoolExecutor(8) as pool:
+        flood = [pool.submit(submit, base, body) for _ in range(8)]
+        assert httpx.get(f"{base}/v1/rigs", timeout=20).status_code == 200
+        answers = [one.result() for one in flood]
+    assert {one.status_code for one in answers} == {201, 503}, [one.text for one in answers]
+    assert all(int(one.headers["retry-after"]) > 0 for one in answers if one.status_code == 503)
 
 
 def test_a_sheet_is_that_of_the_command_line(
@@ -171,7 +182,8 @@ def test_a_process_that_is_killed_is_said_to_have_ended_without_an_answer(folder
     with JobProcess("explain", request, [folder / NAMES[0]], [], folder=tmp_path / "report") as process:
         os.kill(process.pid, signal.SIGKILL)
         assert process.ended(20.0)
-        assert "ended without an answer (-9)" in process.answer().failure
+        failure = process.answer().failure
+        assert "ended without an answer (-9): it was killed, most often because the memory" in failure
 
 
 @pytest.mark.skipif(not hasattr(os, "getpriority"), reason="priorities are those of POSIX")

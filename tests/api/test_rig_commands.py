@@ -22,6 +22,7 @@ from rigctl.address import connect
 from rigctl.runfile import read_run
 from tests.api.rigs import a_sim
 
+NOWHERE = ("--rig", "modbus://127.0.0.1:9", "-o", "o")
 RIGS = ("modbus://127.0.0.1:0", "can://loopback/cli-{}", "can://loopback/cli-{}?fd=true")
 
 
@@ -63,6 +64,12 @@ def said_in_one_line(capsys: pytest.CaptureFixture[str]) -> str:
         (["iterate", "road.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o", "--gain", "0"], ["gain is 0"]),
         (["iterate", "road.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o", "--bandwidth", "-3"], ["bandwidth is -3"]),
         (["iterate", "road.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o", "--iterations", "0"], ["iterations is 0"]),
+        (
+            ["iterate", "road.h5", *NOWHERE, "--interlock", "force:1:2:panic"],
+            ["force:1:2:panic"],
+        ),
+        (["iterate", "road.h5", *NOWHERE, "--from", "absent.drive.h5"], ["absent.drive.h5", "no such file"]),
+        (["iterate", "road.h5", *NOWHERE, "--from", "road.h5"], ["road.h5", "no stored drive"]),
         (["run", "road.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o", "--ramp", "0"], ["ramp is 0"]),
         (["run", "road.h5", "--rig", "modbus://127.0.0.1:9", "-o", "o", "--settle", "nan"], ["settle is nan"]),
         (["sim", "--listen", "can://telepathy/1"], ["telepathy", "loopback"]),
@@ -85,7 +92,7 @@ def test_bad_input_is_one_line_and_status_2(
 
 @pytest.mark.parametrize("command", ["run", "iterate"])
 @pytest.mark.parametrize("url", RIGS)
-@pytest.mark.parametrize(("what", "words"), [("MAGIC", "a foreign device"), ("MAP_VERSION", "speaks register map 1")])
+@pytest.mark.parametrize(("what", "words"), [("MAGIC", "a foreign device"), ("MAP_VERSION", "speaks register map 3")])
 def test_a_foreign_device_and_another_map_are_one_line_and_no_motion(
     road: Path,
     capsys: pytest.CaptureFixture[str],
@@ -156,6 +163,19 @@ def test_iterate_stores_drive_chart_and_runs_and_says_what_came_of_it(
         assert main(["iterate", "road.h5", "--rig", rig, "-o", "out", "--json"]) == 0
         [told] = json.loads(capsys.readouterr().out)
         assert main(["run", told["drive"], "--rig", rig, "-o", "again"]) == 0
+        capsys.readouterr()
+        again = ["iterate", "road.h5", "--rig", rig, "-o", "out2", "--from", told["drive"], "--motion-only", "--json"]
+        assert main(again) == 0
+        [continued] = json.loads(capsys.readouterr().out)
+        stopped = ["iterate", "road.h5", "--rig", rig, "-o", "out3", "--interlock", "force:-50:50:stop:0.005"]
+        assert main(stopped) == 1
+        assert "interlock: force outside -50 … 50: stop" in said_in_one_line(capsys)
+    assert len(continued["errors"]) == 1, "the stored drive is good"
+    assert continued["errors"][0] < 0.01
+    with a_sim("modbus://127.0.0.1:0", "--speed", "50", "--seed", "7") as another:
+        assert main(["iterate", "road.h5", "--rig", another, "-o", "out4", "--from", told["drive"]]) == 2
+        assert "made on the rig 'damper-rig sim_rig 1', this one is 'damper-rig sim_rig 7'" in said_in_one_line(capsys)
+    assert not (road / "out4").exists()
     assert (told["test"], told["outcome"]) == ("road", "converged")
     assert told["errors"][0] > 0.02 > 0.01 >= told["errors"][-1]
     assert {path.name for path in (road / "out").iterdir()} == {
@@ -191,10 +211,28 @@ def test_ctrl_z_holds_and_ctrl_z_again_resumes_and_no_sample_is_lost(road: Path)
             assert process.returncode == 0
     run = read_run(road / json.loads(said)[0]["file"])
     assert (run.status, run.samples) == ("complete", 3000)
-    assert [text for _, text in run.events] == ["hold", "resumed"]
+    texts = [text for _, text in run.events]
+    assert "real-time priority" in texts[0]
+    assert texts[1:] == ["hold", "resumed"]
     assert np.std(run.channels["displacement"] - run.channels["displacement_command"]) < 0.2 * np.std(
         run.channels["displacement_command"]
     )
+
+
+def test_ctrl_z_holds_an_iteration_and_ctrl_z_again_resumes_it(road: Path) -> None:
+    with a_sim("modbus://127.0.0.1:0", "--speed", "1") as rig:
+        command = [sys.executable, "-m", "api.cli", "iterate", "road.h5", "--rig", rig, "-o", "runs", "--json"]
+        command += ["--iterations", "1", "--tolerance", "50"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process, closing(connect(rig)) as wire:
+            _until(lambda: wire.status(2.0).consumed > 200)
+            process.send_signal(signal.SIGTSTP)
+            _until(lambda: (s := wire.status(2.0)).state.name == "HOLD" and s.arrived)
+            process.send_signal(signal.SIGTSTP)
+            said, _ = process.communicate(timeout=90)
+            assert process.returncode in (0, 1)
+    run = read_run(road / json.loads(said)[0]["runs"][0])
+    assert (run.status, run.samples) == ("complete", 3000)
+    assert [text for _, text in run.events][1:] == ["hold", "resumed"]
 
 
 PLAN = """
@@ -246,3 +284,27 @@ def _until(true: Callable[[], bool], within_s: float = 90.0) -> None:
     ends = time.monotonic() + within_s
     while not true():
         assert time.monotonic() < ends
+
+
+def test_a_rig_check_keeps_its_page_and_leaves_the_rig_disabled(road: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with a_sim("modbus://127.0.0.1:0") as url:
+        assert main(["rig", "check", url, "--yes", "-o", "protocol.html", "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        with closing(connect(url)) as wire:
+            status = wire.status(2.0)
+    assert {one["verdict"] for one in found} == {"good", "note"}
+    assert found[-1]["part"] == "motion"
+    assert "with 1 mm" in (road / "protocol.html").read_text()
+    assert (status.state.name, int(status.faults)) == ("DISABLED", 0)
+
+
+@pytest.mark.parametrize("command", ["run", "iterate"])
+def test_a_test_outside_an_envelope_is_refused_before_the_rig_is_spoken_to(
+    road: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    (road / "small.toml").write_text('name = "small rig"\n[motion]\nmax_displacement = 0.005\nmax_velocity = 1.0\n')
+    nobody = "modbus://127.0.0.1:9"
+    assert main([command, "road.h5", "--rig", nobody, "-o", "o", "--envelope", "small.toml"]) == 2
+    assert "displacement 0.008 m, the limit is 0.005 m" in said_in_one_line(capsys)
+    assert main([command, "road.h5", "--rig", nobody, "-o", "o", "--envelope", "absent.toml"]) == 2
+    assert "absent.toml" in said_in_one_line(capsys)

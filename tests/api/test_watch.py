@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from api.campaigns.desk import Desk
 from api.campaigns.held_rig import HeldRig, hold_rig
-from api.campaigns.live import Live
 from api.campaigns.new_campaign import NewCampaign
 from api.campaigns.orders import Asked
 from api.campaigns.records import Campaign
 from api.campaigns.store import CampaignStore
-from api.campaigns.watch import SHUTDOWN, Watch
+from api.campaigns.watch import SHUTDOWN, STORE_AWAY, Watch
 from api.errors import LeaseLost, StoreError
 from api.store.database import Database
 from rigctl.progress import Phase, Progress
@@ -59,7 +59,7 @@ def progress(samples: int, phase: Phase = Phase.RUNNING) -> Progress:
 
 def test_progress_reaches_the_store_and_an_abort_the_player(lab: Lab) -> None:
     _, store, held, campaign = lab
-    with Watch(held, campaign, Live(), stop=Event(), poll_s=POLL_S) as watch:
+    with Watch(held, campaign, Desk(RIG), stop=Event(), poll_s=POLL_S) as watch:
         watch.begin(0)
         watch.on_progress(progress(123))
         until(lambda: store.campaign(campaign.id).tests[0].samples == 123)
@@ -71,7 +71,7 @@ def test_progress_reaches_the_store_and_an_abort_the_player(lab: Lab) -> None:
 
 def test_a_hold_its_end_and_a_stop_reach_the_player(lab: Lab) -> None:
     _, store, held, campaign = lab
-    with Watch(held, campaign, Live(), stop=Event(), poll_s=POLL_S) as watch:
+    with Watch(held, campaign, Desk(RIG), stop=Event(), poll_s=POLL_S) as watch:
         assert not watch.should_hold()
         store.ask(campaign.id, Asked.HOLD, "over HTTP")
         until(watch.should_hold)
@@ -89,7 +89,7 @@ def test_a_hold_its_end_and_a_stop_reach_the_player(lab: Lab) -> None:
 def test_a_stopping_service_stops_the_player_at_once(lab: Lab) -> None:
     _, _, held, campaign = lab
     stop = Event()
-    with Watch(held, campaign, Live(), stop=stop, poll_s=60.0) as watch:
+    with Watch(held, campaign, Desk(RIG), stop=stop, poll_s=60.0) as watch:
         assert watch.should_stop() is None
         stop.set()
         assert watch.should_stop() == SHUTDOWN
@@ -97,7 +97,7 @@ def test_a_stopping_service_stops_the_player_at_once(lab: Lab) -> None:
 
 def test_a_lost_lease_stops_the_player_and_is_told(lab: Lab) -> None:
     database, _, held, campaign = lab
-    with Watch(held, campaign, Live(), stop=Event(), poll_s=POLL_S) as watch:
+    with Watch(held, campaign, Desk(RIG), stop=Event(), poll_s=POLL_S) as watch:
         held.release()
         assert hold_rig(database, RIG, "worker 2", 20.0) is not None
         until(lambda: watch.should_stop() is not None)
@@ -111,19 +111,19 @@ class Silent(HeldRig):
         raise StoreError("the store does not answer")
 
 
-def test_a_store_that_does_not_answer_is_borne_for_half_the_lease_and_no_longer(
+def test_a_store_that_does_not_answer_is_tried_for_half_the_lease_and_no_longer(
     lab: Lab,
 ) -> None:
     database, _, held, campaign = lab
     now = [100.0]
     silent = Silent(database, RIG, held.lease)
-    with Watch(silent, campaign, Live(), stop=Event(), poll_s=POLL_S, now=lambda: now[0]) as watch:
+    with Watch(silent, campaign, Desk(RIG), stop=Event(), poll_s=POLL_S, now=lambda: now[0]) as watch:
         now[0] += 9.0
         assert watch.should_stop() is None
         time.sleep(10 * POLL_S)  # the watch's own thread looks at the clock: let it
         assert watch.should_stop() is None
         now[0] += 2.0
-        until(lambda: watch.should_stop() == "the store does not answer")
+        until(lambda: watch.should_stop() == STORE_AWAY)
     assert isinstance(watch.failure, StoreError)
 
 
@@ -132,6 +132,6 @@ def test_a_player_that_hangs_loses_its_lease(lab: Lab) -> None:
     now = [100.0]
     short = HeldRig(database, RIG, replace(held.lease, length_s=0.05))
     short.renew(campaign)
-    with Watch(short, campaign, Live(), stop=Event(), poll_s=POLL_S, now=lambda: now[0]):
+    with Watch(short, campaign, Desk(RIG), stop=Event(), poll_s=POLL_S, now=lambda: now[0]):
         now[0] += 1.0  # since the player's last call
         until(lambda: hold_rig(database, RIG, "worker 2", 20.0) is not None)

@@ -149,7 +149,7 @@ BROKEN: dict[str, tuple[Any, str]] = {
     "kind": (broken(lambda f: f.attrs.modify("excitation_kind", "noise")), "noise"),
     "rate": (broken(lambda f: f.attrs.modify("sample_rate", -1.0)), "sample_rate is -1"),
     "design": (broken(lambda f: f.attrs.modify("design", "{")), "design is not JSON"),
-    "foreign": (lambda path: path.write_bytes(b"no HDF5"), "cannot be read"),
+    "foreign": (lambda path: path.write_bytes(b"no HDF5"), "not an HDF5 file"),
 }
 
 

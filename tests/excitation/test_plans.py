@@ -103,6 +103,17 @@ REFUSED: list[tuple[str, dict[str, Any], dict[str, Any], str]] = [
     ("gate", SINE, {"min_temperature": 40.0, "max_temperature": 30.0}, "min_temperature is 40"),
     ("one level", STEPS, {"levels": [1.0]}, "two or more different currents"),
     ("no step", STEPS, {"step_time": 0.0}, "step_time"),
+    ("no such step", SINE, {"before": [{"step": "dance"}]}, "one of prompt, tare, gate"),
+    ("no list", SINE, {"before": {"step": "tare"}}, "before"),
+    ("empty prompt", SINE, {"before": [{"step": "prompt", "text": " "}]}, "printable"),
+    ("misspelt step", SINE, {"before": [{"step": "tare", "limits": 3}]}, "limits"),
+    ("open gate", SINE, {"before": [{"step": "gate", "of": "oil"}]}, "min, max or both"),
+    ("gate of the sun", SINE, {"before": [{"step": "gate", "of": "sun", "max": 9}]}, "of is 'sun'"),
+    ("shut gate", SINE, {"before": [{"step": "gate", "of": "oil", "min": 9.0, "max": 8.0}]}, "below max"),
+    ("tare", SINE, {"before": [{"step": "tare", "limit": -1.0}]}, "limit is -1"),
+    ("on failure", SINE, {"on_failure": "ignore"}, "on_failure is 'ignore'"),
+    ("retries", SINE, {"retries": 0}, "0 retries"),
+    ("energy", SINE, {"energy": -1.0}, "energy is -1"),
     ("a date", SINE, {"amplitude": __import__("datetime").date(2026, 1, 1)}, "not JSON serializable"),
 ]
 
@@ -138,6 +149,7 @@ def test_a_wrong_configuration_is_refused_in_one_line(
         ({"tests": []}, "at least one test"),
         ({"tests": [3]}, "tests[0] is 3"),
         ({"tests": [SINE, SINE]}, "'sine' occurs more than once"),
+        ({"tests": [{**SINE, "energy": 9.0}]}, "belong to the warm-up"),
         ({"tests": [SINE], "test": 1}, "test is not a known key"),
         (3, "plan is 3"),
     ],
@@ -148,10 +160,20 @@ def test_a_wrong_plan_is_refused_in_one_line(config: Any, expected: str) -> None
     assert expected in str(refused.value)
 
 
+BEFORE = [
+    {"step": "prompt", "text": "Fit the 12 mm clevis, µ-washer „A“"},
+    {"step": "tare", "limit": 300.0, "readings": 100},
+    {"step": "gate", "of": "ambient", "min": 18.0, "max": 28.0, "wait": 0.0},
+    {"step": "gate", "of": "oil", "max": 40.0, "wait": 600.0},
+]
+
+
 def plan() -> TestPlan:
     gated = {**SINE, "name": 'gated, "quoted" β', "min_temperature": 25.5, "dwell": 3.0, "data_set": "test 1"}
     triangle = {**SINE, "name": "slow", "kind": "triangle", "frequency": 0.37, "corner_time": 0.1}
-    return plan_from_config({"warm_up": {**SINE, "name": "warm"}, "tests": [MULTISINE, SINE, STEPS, gated, triangle]})
+    gated |= {"before": BEFORE, "on_failure": "retry", "retries": 3}
+    warm_up = {**SINE, "name": "warm", "energy": 5e3, "to_temperature": 35.0}
+    return plan_from_config({"warm_up": warm_up, "tests": [MULTISINE, SINE, STEPS, gated, triangle]})
 
 
 @pytest.mark.parametrize("ending", ["toml", "csv", "h5"])
@@ -161,7 +183,9 @@ def test_a_plan_reads_back_what_was_written(ending: str, tmp_path: Path) -> None
     read = read_plan(tmp_path / f"p.{ending}")
     assert [config_of(t) for t in read.tests] == [config_of(t) for t in wrote.tests]
     assert read.warm_up is not None
-    assert read.warm_up.name == "warm"
+    assert (read.warm_up.name, read.warm_up.energy_j, read.warm_up.to_temperature_degc) == ("warm", 5e3, 35.0)
+    assert read.tests[3].before == wrote.tests[3].before
+    assert len(wrote.tests[3].before) == 4
     for one, other in zip(read.tests, wrote.tests, strict=True):
         assert one.excitation.displacement_m.tobytes() == other.excitation.displacement_m.tobytes()
 
@@ -197,7 +221,7 @@ def test_an_excitation_file_is_a_plan_of_one_test(ending: str, tmp_path: Path) -
         ("p.toml", "[[tests]]\nname = 'x'\nkind = 'sine'\n", "sample_rate is missing"),
         ("p.csv", "a,b\n1,2\n", "needs the columns"),
         ("p.csv", "name,wave_form,amplitude (m)\nx,sine,wide\n", "line 2, amplitude (m) is 'wide'"),
-        ("p.h5", "no", "cannot be read"),
+        ("p.h5", "no", "not an HDF5 file"),
         ("p.txt", "", "ending '.txt' is not known"),
     ],
 )

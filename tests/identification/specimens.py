@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -96,6 +98,13 @@ def run(effect: str, index: int, seed: int, *, noise: float = 3.0, scale: float 
         sample_rate_hz=FS, period_samples=period, excitation_kind=kind, status="complete", channels=channels,
         units={"displacement": "m", "force": "N", "current": "A"}, design=None, events=(), path=None,
     )  # fmt: skip
+
+
+def between_samples(periodic: Run) -> Run:
+    """The run as a recorder sees it whose clock has nothing to do with the rig's: it repeats between two samples."""
+    at = 1.0007 * np.arange(int(periodic.samples / 1.0007))
+    read = {name: np.interp(at, np.arange(periodic.samples), y) for name, y in periodic.channels.items()}
+    return replace(periodic, period_samples=0, channels=read)
 
 
 def campaign(effect: str, seed: int, **more: float) -> tuple[list[Run], list[Run]]:

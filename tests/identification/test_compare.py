@@ -16,12 +16,12 @@ from identification.models import Comparison, Motion, compare, comparison_data, 
 from identification.models.comparison_page import comparison_html, write_comparison
 from identification.physical.model import Model, element
 from tests.identification.polynomial import Polynomial
-from tests.identification.specimens import AS_SIMULATED, run
+from tests.identification.specimens import AS_SIMULATED, between_samples, run
 
 VISCOUS = Model(name="viscous", elements=(element("viscous_damping", {"c": 1200.0}),))
 CUBIC = Polynomial(name="cubic <b>", coefficients=(0.0, 1400.0, 0.0, -500.0), trained_m_s=0.1)
 RUNS = [run("none", k, seed=3) for k in (2, 4)]
-RUNS.append(replace(run("none", 3, seed=5), period_samples=0, run_id="free"))
+RUNS.append(replace(between_samples(run("none", 3, seed=5)), run_id="free"))
 
 
 class Failing(Polynomial):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import identification
 from identification.discrepancy.candidates import admissible, guesses
 from identification.errors import ModelError
 from identification.fitting.leastsquares import fit_records
-from identification.physical.elements import CATALOGUE, Curve, ElementSpec
+from identification.physical.elements import CATALOGUE, SHIFT, Curve, ElementSpec, Family, codes_of
 from identification.physical.model import Element, Model, Parameter, element, name_of
 from identification.physical.modelfile import model_from_json, model_to_json, read_model, write_model
 from identification.scales import scales_of
@@ -65,6 +66,20 @@ def test_what_a_row_says_of_other_rows_and_of_the_data_holds_together(spec: Elem
         assert spec.denied is None or not spec.denied(guess.values(), [CATALOGUE["coulomb_friction"]])
         own = zip(spec.parameters, guess.parameters, strict=True)
         assert all(p.fixed for s, p in own if s.held or s.constant is not None)
+
+
+def test_every_code_tells_the_family_and_the_element() -> None:
+    codes = codes_of(list(CATALOGUE.values()))
+    assert len(set(codes.values())) == len(CATALOGUE)
+    assert all(code >> SHIFT == CATALOGUE[name].family for name, code in codes.items())
+
+
+def test_one_element_more_than_a_family_has_room_for_is_refused_in_one_line() -> None:
+    rows = [replace(CATALOGUE["gas_spring"], name=f"spring {k}") for k in range(2**SHIFT + 1)]
+    assert codes_of(rows[:-1])["spring 31"] == Family.SPRING << SHIFT | 31
+    with pytest.raises(ModelError, match=r"spring 32: the family SPRING has room for 32 elements") as refused:
+        codes_of(rows)
+    assert "\n" not in str(refused.value)
 
 
 def test_whole_curves_carry_a_model_and_bends_do_not() -> None:

@@ -78,6 +78,6 @@ def test_a_file_that_is_no_json_names_the_place(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("spec", CATALOGUE.values(), ids=lambda spec: spec.name)
-def test_the_equation_of_an_element_speaks_of_each_of_its_parameters(spec: ElementSpec) -> None:
+def test_the_equation_of_an_element_contains_each_of_its_parameters(spec: ElementSpec) -> None:
     words = set(re.findall(r"\w+", spec.equation.replace("²", " ").replace("³", " ")))
     assert {p.name for p in spec.parameters if not p.refinement} <= words

@@ -235,19 +235,19 @@ def not_utf8(file: h5py.File) -> None:
         (put("spectrum/noise_floor", [1.0]), ["/spectrum/noise_floor", "one value"]),
         (put("spectrum/frequency", "hertz"), ["/spectrum/frequency", "float64 is due"]),
         (put("spectrum/frequency", np.zeros(0)), ["/spectrum"]),
-        (put("spectrum/final", np.ones(8, dtype=[("re", "f8"), ("im", "f8")])), ["/spectrum/final", "float64 is due"]),
+        (put("spectrum/final", np.ones(8, dtype=[("re", "f8"), ("im", "f8")])), ["/spectrum/final", "compound"]),
         (put("spectrum/final", h5py.Empty("f8")), ["/spectrum/final", "no dataset"]),
-        (put("spectrum/final", h5py.SoftLink("/spectrum/refitted")), ["/spectrum/final is a link"]),
-        (put("spectrum", h5py.SoftLink("/nowhere")), ["/spectrum is a link"]),
-        (put("gap_map", h5py.ExternalLink("elsewhere.h5", "/gap_map")), ["/gap_map is a link"]),
+        (put("spectrum/final", h5py.SoftLink("/spectrum/refitted")), ["/spectrum/final: a soft link"]),
+        (put("spectrum", h5py.SoftLink("/nowhere")), ["/spectrum: a soft link"]),
+        (put("gap_map", h5py.ExternalLink("elsewhere.h5", "/gap_map")), ["/gap_map: a link to another file"]),
         (put("name", 1.0), ["/name", "text is due"]),
         (put("name", ["one", "two"]), ["/name", "one text"]),
         (put("aliases", "one"), ["/aliases", "a list of texts"]),
         (put("loops", 1.0), ["/loops is no group"]),
         (lambda file: [file.pop("name"), file.create_group("name")], ["/name is no dataset"]),
-        (stored_elsewhere, ["/spectrum/final lies in another file"]),
-        (virtual, ["/spectrum/final lies in another file"]),
-        (huge, ["/spectrum/final", "more than any page draws"]),
+        (stored_elsewhere, ["/spectrum/final: external storage"]),
+        (virtual, ["/spectrum/final: a virtual dataset"]),
+        (huge, ["/spectrum/final", "chunks"]),
         (crowd, ["/loops", "at most"]),
         (not_utf8, ["utf-8"]),
         (put("report", "another"), ["another report.json"]),
@@ -275,7 +275,7 @@ def test_evidence_that_cannot_be_drawn_from_is_refused_in_one_line(
 def test_an_object_reference_in_the_place_of_a_number_is_refused(folder: Path) -> None:
     with h5py.File(folder / "evidence.h5", "r+") as file:
         put("spectrum/final", np.array([file.ref], dtype=h5py.ref_dtype))(file)
-    with pytest.raises(ReportFileError, match="/spectrum/final holds object"):
+    with pytest.raises(ReportFileError, match="/spectrum/final: of a type that is an object or region reference"):
         draw_report(folder)
 
 

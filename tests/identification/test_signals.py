@@ -48,7 +48,7 @@ def test_lines_that_are_noise_are_left_out_of_the_derivatives(samples: int) -> N
     assert np.std(strays) == pytest.approx(2e-5 * np.sqrt(2 * 60 / samples), rel=0.25)  # in the 60 lines that count
 
 
-def test_a_middle_that_wanders_from_period_to_period_costs_no_line() -> None:
+def test_a_mean_that_drifts_from_period_to_period_removes_no_line() -> None:
     x, v, _ = multisine(2000)
     wandering = x + np.array([[0.0], [4e-3], [-3e-3], [1e-3]])
     assert np.std(periodic_kinematics(wandering, RATE).v - v) < 1e-6 * np.std(v)

@@ -194,7 +194,7 @@ def test_a_periodic_motion_answers_as_if_it_were_simulated_whole() -> None:
     assert settled == pytest.approx(whole, rel=1e-12)
 
 
-def test_a_model_that_runs_away_is_named_with_the_first_bad_sample() -> None:
+def test_a_model_that_diverges_is_named_with_the_first_bad_sample() -> None:
     inputs = motion()
     bad = replace(inputs, x=np.where(T > 1.0, np.inf, inputs.x))
     model = Model(name="spring", elements=(element("linear_stiffness", {"k": 1e3}),))

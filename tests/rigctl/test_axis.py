@@ -36,6 +36,7 @@ class Answering:
             consumed=0,
             refused=False,
             heartbeat=self.heartbeat,
+            owned=True,
             capture=CaptureBlock(run_id=run_id, first_index=0, values=np.empty((0, 5))),
         )
 

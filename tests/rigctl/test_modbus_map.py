@@ -14,7 +14,7 @@ from rigctl import scaling
 from rigctl.limits import Configuration, Limits
 from rigctl.transport import CaptureBlock, SetpointBlock
 
-BLOCKS = (*table.INPUT_BLOCKS, table.CONTROL, table.CONFIGURATION, table.WRITE_HEADER, table.READ_HEADER)
+BLOCKS = (*table.INPUT_BLOCKS, *table.COMMAND_BLOCKS, table.CONFIGURATION, table.WRITE_HEADER, table.READ_HEADER)
 
 
 def test_no_two_registers_share_a_word_and_every_one_lies_in_its_block() -> None:
@@ -61,7 +61,7 @@ def test_a_value_that_does_not_fit_is_refused() -> None:
         run_id=1, sequence=0, displacement_m=np.array([1e6]), current_a=np.zeros(1), end_of_stream=False
     )
     with pytest.raises(OverflowError, match="displacement"):
-        table.encode_write(block, 1, 0, 0)
+        table.encode_write(block, 1, 0, session=9, heartbeat=0)
 
 
 def counts(low: int, high: int) -> st.SearchStrategy[float]:
@@ -78,11 +78,11 @@ def test_set_points_cross_the_wire_to_the_count(rows: list[tuple[float, float]],
     block = SetpointBlock(
         run_id=7, sequence=65535, displacement_m=values[:, 0], current_a=values[:, 1], end_of_stream=last
     )
-    words = table.encode_write(block if rows else None, 7, captured, 3)
+    words = table.encode_write(block if rows else None, 7, captured, session=9, heartbeat=3)
     assert len(words) <= table.WRITE_COUNT
-    window = table.decode_write(words)
+    window = table.decode_write(words, following=65534)
     assert window is not None
-    assert (window.run_id, window.captured, window.heartbeat) == (7, captured, 3)
+    assert (window.run_id, window.session, window.captured, window.heartbeat) == (7, 9, captured, 3)
     if rows:
         assert window.block is not None
         np.testing.assert_allclose(window.block.displacement_m, values[:, 0], rtol=0, atol=1e-12)
@@ -90,7 +90,14 @@ def test_set_points_cross_the_wire_to_the_count(rows: list[tuple[float, float]],
         assert (window.block.sequence, window.block.end_of_stream) == (65535, last)
 
 
-HEAD: dict[str, table.Value] = {"state": 15, "faults": 0, "last_accepted": 4, "fifo_free": 9, "consumed": 70_000}
+HEAD: dict[str, table.Value] = {
+    "state": 15,
+    "faults": 0,
+    "last_accepted": 4,
+    "fifo_free": 9,
+    "consumed": 70_000,
+    "session": 9,
+}
 
 
 @given(st.integers(0, table.CAPTURE_SAMPLES), st.integers(0, 2**32 - 1), st.booleans(), st.integers(0, 999))
@@ -113,9 +120,9 @@ def test_one_changed_word_of_a_window_is_always_detected(where: int, change: int
     words[where % len(words)] ^= change
     assert table.decode_read(words) is None
     block = SetpointBlock(run_id=7, sequence=1, displacement_m=np.ones(5), current_a=np.ones(5), end_of_stream=False)
-    words = table.encode_write(block, 7, 0, 0)
+    words = table.encode_write(block, 7, 0, session=9, heartbeat=0)
     words[where % len(words)] ^= change
-    assert table.decode_write(words) is None
+    assert table.decode_write(words, following=1) is None
 
 
 def test_a_configuration_comes_back_from_its_registers() -> None:

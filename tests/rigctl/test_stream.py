@@ -50,6 +50,7 @@ class Rig:
             consumed=self.fifo.consumed,
             refused=refused,
             heartbeat=0,
+            owned=True,
             capture=self.store.fetch(most),
         )
 
@@ -103,6 +104,7 @@ def reply(accepted: int, consumed: int = 0, *, refused: bool = False, capture: C
         consumed=consumed,
         refused=refused,
         heartbeat=0,
+        owned=True,
         capture=capture or nothing,
     )
 
@@ -134,6 +136,14 @@ def test_a_rig_that_played_more_than_it_was_given_is_refused() -> None:
     stream.next_block()
     with pytest.raises(TransportError, match="more than it was given"):
         stream.take(reply(0, consumed=8))
+
+
+def test_a_rig_that_plays_a_block_of_which_it_has_a_part_is_not_refused() -> None:
+    """A wire may divide a block into frames: the rig plays what it has, and the host counts whole blocks."""
+    stream = Stream(a_plan(30))
+    stream.next_block()
+    assert stream.take(reply(NO_SEQUENCE, consumed=1)) is None
+    assert stream.consumed == 1
 
 
 def test_a_skipped_captured_sample_is_always_an_error() -> None:

@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 from excitation.kinds import Kind
 from excitation.plan import Test
 from excitation.signal import Excitation
+from rigctl.device import Control
+from rigctl.limits import Configuration
+from rigctl.session import Session
 from sim_rig.faults import Faults, fault_order
 from sim_rig.faulty_plant import FaultyPlant
 from sim_rig.fifo import FIFO_SAMPLES
@@ -83,6 +86,31 @@ class Bench:
         ordered = Faults([fault_order(text) for text in faults], now=self.clock.now)
         plant = FaultyPlant(self.plant, ordered) if ordered else self.plant
         self.rig = SimulatedRig(plant, speed=speed, now=self.clock.now, faults=ordered, fifo_samples=fifo_samples)
+
+        self.own = Session()
+
+    def command(self, control: Control, run_id: int = 1) -> None:
+        """Send a command as the rig's master."""
+        self._claim()
+        self.rig.command(control, run_id, self.own.number, self.own.next_command())
+
+    def direct(self, displacement_m: float, current_a: float) -> None:
+        self._claim()
+        self.rig.direct(displacement_m, current_a, self.own.number, self.own.next_command())
+
+    def configure(self, configuration: Configuration) -> None:
+        self._claim()
+        self.rig.configure(configuration, self.own.number, self.own.next_command())
+
+    def beat(self) -> None:
+        """Give the rig a sign of life, as its master."""
+        self._claim()
+        self.rig.poll(self.own.number, self.own.next_heartbeat())
+
+    def _claim(self) -> None:
+        if self.rig.master.session != self.own.number or not self.own.claimed:
+            self.rig.claim(12345 + self.own.number)
+            self.own = Session(number=self.rig.master.session)
 
     def wait(self, seconds: float) -> None:
         """Advance time without a host."""

@@ -17,6 +17,7 @@ from excitation.kinds import Kind
 from excitation.plan import Test
 from excitation.signal import Excitation
 from rigctl import can_frames as frames
+from rigctl import modbus_map as table
 from rigctl import sdo
 from rigctl.address import CanAddress, can_address, connect, open_bus
 from rigctl.can_wire import CanTransport
@@ -25,7 +26,9 @@ from rigctl.errors import IdentityError, LimitError, TransportError, UrlError
 from rigctl.loopback_can import LoopbackBus
 from rigctl.player import PlayerSettings, play
 from rigctl.runfile import read_run
+from rigctl.transport import SetpointBlock
 from sim_rig.can_server import CanDevice
+from sim_rig.registers import RegisterDevice
 from tests.sim_rig.virtual import VirtualBus, wire_to
 
 
@@ -289,7 +292,7 @@ def test_the_rig_boots_sends_heartbeats_starts_and_stops_as_the_bus_master_says(
     assert len(beats) in (4, 5), "one every 50 ms"
     device.take(frames.NMT, bytes([frames.NMT_START, frames.NODE]))
     assert {d[0] for n, d in go_on() if n == frames.RIG_HEARTBEAT} == {frames.OPERATIONAL}
-    b.rig.command(Control.HOLD, 1, 7)
+    b.command(Control.HOLD, 1)
     device.take(frames.NMT, bytes([frames.NMT_STOP, 0]))
     assert {d[0] for n, d in go_on() if n == frames.RIG_HEARTBEAT} == {frames.STOPPED}
     assert b.rig.controller.state is RigState.DISABLED
@@ -304,7 +307,7 @@ def test_a_fault_and_its_end_are_sent_in_an_emergency_frame(bench: Callable[...,
     [told] = [data for number, data in go_on() if number == frames.EMERGENCY]
     assert told[:2] == (0x9000).to_bytes(2, "little")
     b.rig.controller.set_cause(Fault.EMERGENCY_STOP, False)
-    b.rig.command(Control.DISABLE | Control.RESET, 1, 8)
+    b.command(Control.DISABLE | Control.RESET, 1)
     [over] = [data for number, data in go_on() if number == frames.EMERGENCY]
     assert over[:4] == bytes(4)
 
@@ -316,8 +319,8 @@ def test_the_error_history_keeps_faults_after_their_reset(bench: Callable[..., A
     assert wire.error_history(1.0) == []
     for fault in (Fault.EMERGENCY_STOP, Fault.SENSOR):
         b.rig.controller.fail(fault)
-        b.rig.command(Control.DISABLE | Control.RESET, 1, 8)
-        b.rig.command(Control.DISABLE, 1, 9)
+        b.command(Control.DISABLE | Control.RESET, 1)
+        b.command(Control.DISABLE, 1)
     assert wire.status(1.0).faults is Fault.NONE
     assert wire.error_history(1.0) == [Fault.SENSOR, Fault.EMERGENCY_STOP]
 
@@ -361,3 +364,68 @@ def test_a_full_queue_of_the_driver_is_waited_for_and_one_that_stays_full_is_an_
     with pytest.raises(TransportError, match="No buffer space"):
         wire.status(1.0)
     assert b.clock.now() - began < 0.3
+
+
+class LateStatus(VirtualBus):
+    """A bus that gives a status of the run before once more, after each frame of the rig."""
+
+    late: tuple[int, bytes] | None = None
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        message, filtered = super()._recv_internal(timeout)
+        if self.late is not None and message is not None and message.arbitration_id == frames.SDO_ANSWER:
+            self._inbox.insert(0, self.late)
+        return message, filtered
+
+
+@pytest.mark.parametrize("fd", [False, True])
+def test_an_acknowledgement_of_a_former_run_is_not_believed(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, fd: bool
+) -> None:
+    b = bench(speed=1.0)
+    bus = LateStatus(b.rig, b.clock, fd=fd)
+    wire = CanTransport("can://virtual/1", lambda: bus, fd=fd, clock=b.clock)
+    settings = PlayerSettings(ramp_s=0.1)
+    play(wire, a_sine(900), tmp_path, clock=b.clock, settings=settings)
+    controller = b.rig.controller
+    status = frames.StatusFrame(
+        state=controller.state.value,
+        arrived=True,
+        refused=False,
+        faults=0,
+        fifo_level=0,
+        last_accepted=controller.fifo.last_accepted + 40,
+        stage=controller.stage,
+        session=b.rig.master._following,
+        run_id=controller.fifo.run_id,
+    )
+    bus.late = (frames.STATUS, frames.pack_status(status))
+    run = read_run(play(wire, a_sine(900), tmp_path, clock=b.clock, settings=settings))
+    assert (run.status, run.samples) == ("complete", 900)
+
+
+@pytest.mark.parametrize("name", ["modbus", "can", "can_fd"])
+def test_a_frame_that_is_65536_numbers_late_is_refused(bench: Callable[..., Any], name: str) -> None:
+    b = bench(speed=1.0)
+    b.command(Control.HOLD)
+    b.rig.controller.fifo.following = 65536
+    rows = np.zeros((9, 2))
+
+    def deliver(number: int) -> None:
+        block = SetpointBlock(
+            run_id=1, sequence=number, displacement_m=rows[:, 0], current_a=rows[:, 1], end_of_stream=False
+        )
+        if name == "modbus":
+            own = b.own
+            words = table.encode_write(block, 1, 0, session=own.number, heartbeat=own.next_heartbeat())
+            RegisterDevice(b.rig).write(table.WRITE_HEADER.address, words)
+            return
+        device = CanDevice(b.rig, b.clock.now, fd=name == "can_fd")
+        pack = frames.pack_stream_fd if name == "can_fd" else frames.pack_stream
+        for frame in pack(rows, number, 1, False, session=b.own.number):
+            device.take(*frame)
+
+    deliver(0)
+    assert b.rig.controller.fifo.level == 0, "number 0 of this run is over"
+    deliver(65536)
+    assert b.rig.controller.fifo.level == 9

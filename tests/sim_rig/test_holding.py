@@ -15,14 +15,19 @@ import pytest
 from excitation.kinds import Kind
 from excitation.plan import Test
 from excitation.signal import Excitation
-from rigctl.device import Fault, RigState
-from rigctl.errors import GateError, InterlockTripped, LimitError, RigFault, TooCold, TransportError
+from rigctl.axis import Axis
+from rigctl.device import Control, Fault, RigState
+from rigctl.errors import GateError, InterlockTripped, LimitError, RigFault, TooCold, TransportError, TransportTimeout
 from rigctl.interlocks import HoldWatch, Interlock, InterlockWatch, interlock
+from rigctl.limits import Configuration
 from rigctl.player import PlayerSettings, play
+from rigctl.preparation import WarmUp
 from rigctl.progress import Phase, Progress
 from rigctl.runfile import Run, read_run
-from rigctl.warm_up import warmed_up
+from rigctl.transport import Identity, Reply, SetpointBlock, Status
+from rigctl.warm_up import short_of, warmed_up
 from sim_rig.direct import DirectTransport
+from sim_rig.rig import MACHINE
 from tests.sim_rig.virtual import WIRES, wire_to
 
 QUICK = PlayerSettings(ramp_s=0.1)
@@ -316,3 +321,105 @@ def test_a_rig_that_lost_its_power_while_it_waited_is_not_driven_with_another_co
     assert b.rig.controller.state is RigState.DISABLED
     assert when in seen
     assert Phase.RESUMING not in seen
+
+
+class Listened(DirectTransport):
+    """A wire that keeps the names of the calls, and may show another status."""
+
+    def __init__(self, bench: Any, **shown: Any) -> None:
+        super().__init__(bench.rig, bench.clock)
+        self.calls, self._shown = list[str](), shown
+
+    def command(self, control: Control, run_id: int, deadline_s: float) -> Status:
+        self.calls.append(str(control.name))
+        return replace(super().command(control, run_id, deadline_s), **self._shown)
+
+    def exchange(self, block: SetpointBlock | None, run_id: int, captured: int, deadline_s: float) -> Reply:
+        self.calls.append("fetch" if block is None else "exchange")
+        return super().exchange(block, run_id, captured, deadline_s)
+
+    def status(self, deadline_s: float) -> Status:
+        return replace(super().status(deadline_s), **self._shown)
+
+
+@pytest.mark.parametrize("asked_in", ["rest", "drain"])
+def test_a_stop_that_is_asked_for_on_the_way_to_a_hold_is_obeyed_at_once(
+    bench: Callable[..., Any], tmp_path: Path, asked_in: str
+) -> None:
+    b, phases = bench(speed=1.0), list[Phase]()
+    wire = Listened(b)
+
+    def reason() -> str | None:
+        holding = Phase.HOLDING in phases and (asked_in == "rest" or b.rig.controller.arrived)
+        return "enough" if holding else None
+
+    run = play_on(
+        b,
+        a_record(),
+        tmp_path,
+        wire=wire,
+        should_hold=lambda: b.rig.controller.fifo.consumed > 300,
+        should_stop=reason,
+        on_progress=lambda p: phases.append(p.phase),
+    )
+    assert run.status == "aborted"
+    assert "hold" not in [text for _, text in run.events]
+    held_at = len(wire.calls) - 1 - wire.calls[::-1].index(str(Control.HOLD.name))
+    assert wire.calls[held_at + 1] == Control.DISABLE.name, "nothing is fetched before the stop"
+    assert b.rig.controller.state is RigState.DISABLED
+
+
+@pytest.mark.parametrize("gate", [{"min_temperature_degc": 20.0}, {"max_temperature_degc": 40.0}])
+def test_a_temperature_that_is_no_number_or_not_measured_opens_no_gate(
+    bench: Callable[..., Any], tmp_path: Path, gate: dict[str, float]
+) -> None:
+    test = replace(a_record(), **gate)
+    for reading in (float("nan"), float("inf"), float("-inf")):
+        b = bench()
+        with pytest.raises(GateError, match=f"temperature of the damper reads {reading} °C"):
+            play_on(b, test, tmp_path / "runs", wire=Listened(b, temperature_degc=reading))
+        assert not np.any(np.concatenate(b.plant.commands))
+
+    class Blind(DirectTransport):
+        def identify(self, deadline_s: float) -> Identity:
+            return replace(super().identify(deadline_s), unmeasured=("temperature",))
+
+    b = bench()
+    with pytest.raises(GateError, match="does not measure a temperature"):
+        play_on(b, test, tmp_path / "runs", wire=Blind(b.rig, b.clock))
+    strict = replace(QUICK, interlocks=(interlock("temperature:-20:80:hold"),))
+    with pytest.raises(LimitError, match="does not measure temperature"):
+        play_on(b, a_record(), tmp_path / "runs", wire=Blind(b.rig, b.clock), settings=strict)
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize("reading", [float("nan"), 20.0])
+def test_a_warm_up_ends_only_at_a_temperature_that_is_one(reading: float) -> None:
+    done = WarmUp(
+        finished_at="2026-01-01T00:00:00+00:00",
+        energy_j=10.0,
+        duration_s=9.0,
+        plays=1,
+        start_degc=20.0,
+        end_degc=reading,
+    )
+    assert "of 30 °C" in short_of(replace(a_record(), to_temperature_degc=30.0), done)
+
+
+def test_a_slow_travel_has_the_time_that_its_speed_asks_for_and_no_more(bench: Callable[..., Any]) -> None:
+    b = bench(speed=1.0)
+    slow = Configuration(limits=replace(MACHINE, velocity_m_s=0.02), heartbeat_s=5.0)
+    axis = Axis(DirectTransport(b.rig, b.clock), b.clock, stall_s=5.0)
+    axis.identify(), axis.claim(), axis.prepare(slow)
+    began = b.clock.now()
+    axis.enable(-0.06, 0.0)
+    assert axis.travel(0.06, 0.0).displacement_m == pytest.approx(0.06, abs=5e-4)
+    assert b.clock.now() - began > 11.0 + 5.0
+    axis.make_safe()
+    axis.release()
+    stuck = Axis(Listened(b, arrived=False), b.clock, stall_s=5.0)
+    stuck.identify(), stuck.claim(), stuck.prepare(slow)
+    began = b.clock.now()
+    with pytest.raises(TransportTimeout, match=r"not reached within 32.5 s"):  # 2 · 1.875 · 0.12 m / 20 mm/s + 10 s
+        stuck.enable(-0.06, 0.0)
+    assert 32.0 < b.clock.now() - began < 34.0

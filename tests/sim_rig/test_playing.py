@@ -19,14 +19,18 @@ from rigctl.device import SAFE_STATES, Fault, RigState
 from rigctl.errors import (
     GateError,
     LimitError,
+    NeedsReset,
     RigError,
     RigFault,
+    RunFileError,
     StopFailed,
     TransportError,
     TransportTimeout,
 )
 from rigctl.limits import Limits
+from rigctl.operator_acts import reset
 from rigctl.player import PlayerSettings, play
+from rigctl.procedures.mounting import jog
 from rigctl.progress import Phase, Progress
 from rigctl.runfile import Run, read_run
 from rigctl.transport import Transport
@@ -125,6 +129,19 @@ class FailNth:
     def identify(self, *args: Any) -> Any:
         return self._call("identify", *args)
 
+    @property
+    def session(self) -> int:
+        return self.inner.session
+
+    def claim(self, *args: Any) -> Any:
+        return self._call("claim", *args)
+
+    def release(self, *args: Any) -> Any:
+        return self._call("release", *args)
+
+    def stop(self, *args: Any) -> Any:
+        return self._call("stop", *args)
+
     def configure(self, *args: Any) -> Any:
         return self._call("configure", *args)
 
@@ -222,7 +239,10 @@ def test_from_whichever_call_the_wire_is_cut_the_rig_ends_safe_and_the_status_of
         if wire.calls < nth:
             assert error is None
             return
-        assert isinstance(error, (TransportError, StopFailed))
+        if error is None:  # it was cut after the run, while the rig was given up
+            assert [read_run(out / file).status for file in files] == ["complete"]
+        else:
+            assert isinstance(error, (TransportError, StopFailed))
 
 
 def test_a_stop_at_any_moment_is_an_aborted_run_of_what_was_played(
@@ -250,6 +270,25 @@ def test_a_stop_at_any_moment_is_an_aborted_run_of_what_was_played(
         assert "the operator" in run.events[-1][1]
         assert b.rig.controller.store.backlog == 0 or run.samples == 300
     assert ended == {"aborted", "complete"}
+
+
+def test_a_stop_ends_the_travel_to_the_start_of_a_test(
+    bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path
+) -> None:
+    b = bench(speed=1.0)
+    wire = DirectTransport(b.rig, b.clock)
+    jog(wire, b.clock, to_m=-0.02)
+    with pytest.raises(RigFault, match="enough"):
+        play(
+            wire,
+            a_sine(300),
+            tmp_path,
+            clock=b.clock,
+            settings=QUICK,
+            should_stop=lambda: "enough" if b.rig.status().displacement_m > -0.015 else None,
+        )
+    assert b.rig.controller.state is RigState.DISABLED
+    assert b.rig.status().displacement_m == pytest.approx(-0.015, abs=4e-3)
 
 
 def test_an_interrupt_leaves_a_safe_rig_and_an_aborted_run(
@@ -311,7 +350,10 @@ def test_a_fault_of_the_rig_is_raised_in_words_and_the_samples_that_show_it_are_
     assert run.status == "aborted"
     assert np.max(np.abs(run.channels["force"])) > 700
     assert b.rig.controller.state is RigState.FAULT_DISABLED
-    assert play_on(b, a_sine(100), tmp_path).status == "complete", "the next test resets what is over"
+    with pytest.raises(NeedsReset, match=r"force limit.*rig reset"):
+        play_on(b, a_sine(100), tmp_path)
+    reset(DirectTransport(b.rig, b.clock), b.clock)
+    assert play_on(b, a_sine(100), tmp_path).status == "complete", "an operator has reset the rig"
 
 
 def test_an_emergency_stop_that_is_still_pressed_keeps_the_rig_off(
@@ -319,8 +361,10 @@ def test_an_emergency_stop_that_is_still_pressed_keeps_the_rig_off(
 ) -> None:
     b = bench(speed=1.0)
     b.rig.controller.set_cause(Fault.EMERGENCY_STOP, True)
-    with pytest.raises(RigFault, match="emergency stop"):
+    with pytest.raises(NeedsReset, match="emergency stop"):
         play_on(b, a_sine(), tmp_path)
+    with pytest.raises(RigFault, match="emergency stop"):
+        reset(DirectTransport(b.rig, b.clock), b.clock)
     assert b.rig.controller.state is RigState.FAULT_DISABLED
     assert names(tmp_path) == []
 
@@ -384,3 +428,14 @@ def test_a_rig_whose_clock_has_stopped_is_noticed(
     with suppress(StopFailed), pytest.raises(TransportError):
         play_on(b, a_sine(), tmp_path)
     assert b.clock.now() < 30.0
+
+
+def test_an_output_that_cannot_be_written_is_refused_before_the_pump_is_asked_for(
+    bench: Callable[..., Any], a_sine: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    rig = bench()
+    with pytest.raises(RunFileError, match="cannot be written"):
+        play(DirectTransport(rig.rig, rig.clock), a_sine(), tmp_path / "file" / "runs", clock=rig.clock)
+    assert rig.rig.controller.sample_index == 0
+    assert rig.rig.controller.state is RigState.DISABLED

@@ -1,6 +1,6 @@
 """The elements of a damper model: their rows, the catalogue of all rows, and their compiled equations."""
 
-from identification.physical.elements.catalogue import CATALOGUE, TONE, code_of
+from identification.physical.elements.catalogue import CATALOGUE, SHIFT, TONE, code_of, codes_of
 from identification.physical.elements.spec import (
     PATHS,
     Curve,
@@ -19,6 +19,7 @@ from identification.physical.elements.spec import (
 __all__ = [
     "CATALOGUE",
     "PATHS",
+    "SHIFT",
     "TONE",
     "Curve",
     "Departure",
@@ -32,4 +33,5 @@ __all__ = [
     "Surroundings",
     "Values",
     "code_of",
+    "codes_of",
 ]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
+from identification.errors import ModelError
 from identification.physical.elements import control, damping, friction, modifiers, motion, mount, sensor, springs
 from identification.physical.elements.spec import ElementSpec, Family
 
-_PLACES: Final = 32  # codes that a family has room for
+SHIFT: Final = 5
+"""`code >> SHIFT` is the family of an element: a family has room for 2**SHIFT of them."""
 
 _ROWS: Final[tuple[ElementSpec, ...]] = (
     *damping.ROWS,
@@ -26,18 +29,24 @@ CATALOGUE: Final[dict[str, ElementSpec]] = {row.name: row for row in _ROWS}
 (TONE,) = (row for row in _ROWS if row.tone)  # what the search for a tone finds
 
 
-def _codes() -> dict[str, int]:
+def codes_of(rows: Sequence[ElementSpec]) -> dict[str, int]:
+    """The number of each row in the compiled kernels, by its name; raises ModelError where a family has too many."""
     counts = dict.fromkeys(Family, 0)
     codes = {}
-    for row in _ROWS:
-        codes[row.name] = row.family * _PLACES + counts[row.family]
+    for row in rows:
+        own = counts[row.family]
+        if own == 1 << SHIFT:
+            raise ModelError(
+                f"{row.name}: the family {row.family.name} has room for {1 << SHIFT} elements: raise SHIFT"
+            )
+        codes[row.name] = (row.family << SHIFT) + own
         counts[row.family] += 1
     return codes
 
 
-_CODES: Final = _codes()
+_CODES: Final = codes_of(_ROWS)
 
 
 def code_of(name: str) -> int:
-    """The number of an element in the compiled kernels; `code // 32` is its family."""
+    """The number of an element in the compiled kernels."""
     return _CODES[name]

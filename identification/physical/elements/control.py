@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from identification.criteria import FORM
 from identification.physical.elements.spec import (
     TINY,
     Alias,
@@ -16,14 +17,11 @@ from identification.physical.elements.spec import (
 )
 
 _PROBE = "record the current at the coil with a probe of its own"
-# Share of the larger time constant up to which the smaller is no effect of its own: a lag of 0.3 of a dead time has a
-# rise (10 to 90 %, 2.2 tau) of two thirds of it, and edges of real dead times are no sharper. Read off kept outcomes.
-_SMEARS = 0.3
 
 
 def _smears(less: Values, more: Values) -> bool:
     """Whether one of a lag and a dead time is only how a real one of the other kind departs from it."""
-    return less["tau"] < _SMEARS * more["tau"]
+    return less["tau"] < FORM.minor * more["tau"]
 
 
 ROWS: Final = (

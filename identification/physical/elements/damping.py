@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
+from identification.criteria import FORM
 from identification.physical.elements.spec import (
     TINY,
     UNBOUNDED,
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
 
 # What makes a force fall with speed may break a core loose behind its mount: once more, too faint for that.
 _FAINT = 0.1
-# Offset of the branches, delta, below which a hysteresis is a plain curve: its loop is then 2 % of alpha high at rest,
-# less than a third of the tolerance of form. Beside another curve it only corrects that one.
-_NO_LOOP = 0.02
 
 
 def _slopes(s: Scales) -> tuple[float, float]:
@@ -60,7 +58,7 @@ def _tanh_starts(s: Scales) -> Sequence[Values]:
 
 def _without_loop(values: Values, others: Sequence[ElementSpec]) -> bool:
     """Whether a hysteresis beside a whole curve has no loop: it corrects that curve."""
-    return values["delta"] < _NO_LOOP and any(o.curve == Curve.WHOLE for o in others)
+    return values["delta"] < FORM.build_up and any(o.curve == Curve.WHOLE for o in others)
 
 
 ROWS: Final = (

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
+from identification.criteria import FORM
 from identification.physical.elements.spec import (
     TINY,
     UNBOUNDED,
@@ -21,12 +22,6 @@ from identification.physical.elements.spec import (
 
 if TYPE_CHECKING:
     from identification.scales import Scales
-
-# Friction at rest over that in motion: a smaller ratio is within the tolerance of form (6 %), so no fall.
-_FALLS = 1.05
-# Share of its slope that a hysteresis loses within half the stroke, at least: with less it is a spring within the
-# accuracy of a fit. Read off kept outcomes.
-_LOOP = 0.2
 
 # Measured friction builds up over a velocity w_r; the canonical form jumps.
 _BUILD_UP = ParameterSpec("w_r", "m/s", default=0.0, refinement=True)
@@ -58,13 +53,13 @@ def _falling_from(coulomb: Values, s: Scales) -> Sequence[Values]:
 
 
 def _does_not_fall(values: Values, _: Sequence[ElementSpec]) -> bool:
-    return values["f_s"] <= _FALLS * values["f_c"]
+    return values["f_s"] <= (1.0 + FORM.tolerance) * values["f_c"]
 
 
 def _comes_back(values: Values, around: Surroundings) -> bool:
     """Whether the hysteresis all but comes back the way it went, from half the stroke: then it is a spring."""
     lost = values["gamma"] * float((values["A"] * 0.5 * around.stroke) ** values["n"])
-    return lost < _LOOP * values["A"]
+    return lost < FORM.loop * values["A"]
 
 
 ROWS: Final = (
@@ -91,7 +86,6 @@ ROWS: Final = (
         explicit_rate=True,
         linear_in_velocity=True,
         curve=Curve.WHOLE,
-        takes_any_form=True,
         mistaken=_comes_back,
     ),
     ElementSpec(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from identification.criteria import FORM
 from identification.physical.elements.spec import (
     TINY,
     UNBOUNDED,
@@ -22,24 +23,17 @@ RIGID_STIFFNESS: Final = 3e7
 RIGID_DAMPING: Final = 3e3
 """Its damping, N·s/m."""
 
-# Share of the rigid contact's stiffness (6e6 N/m) beyond which a compliance is that of the contact. Read off outcomes.
-_STEEL = 0.2
-# Share of the energy of a play that the stiffness of its contact may close without a name of its own: the ways in which
-# the halves of a joint meet differ by as much. Read off outcomes.
-_SEAT = 0.05
-# Share of the deflection of the contact under the rms force: a smaller gap does not show beside the deflection.
-_PLAY = 0.1
 _BAR = "put a rigid bar in the place of the damper: what yields then is the rig's"
 
 
 def _as_stiff_as_steel(compliance: Values, _: Values) -> bool:
-    return compliance["k"] > _STEEL * RIGID_STIFFNESS
+    return compliance["k"] > FORM.contact * RIGID_STIFFNESS
 
 
 def _gives_way(values: Values, around: Surroundings) -> bool:
     """Whether a joint without a bush gives way in its contact by many times its play: that is a compliance."""
     bushed = any(o.name == "series_compliance" for o in around.others)
-    return not bushed and values["gap"] < _PLAY * around.force / RIGID_STIFFNESS
+    return not bushed and values["gap"] < FORM.play * around.force / RIGID_STIFFNESS
 
 
 ROWS: Final = (
@@ -65,7 +59,7 @@ ROWS: Final = (
         departure=Departure(
             of="free_play",
             is_only=_as_stiff_as_steel,
-            share=_SEAT,
+            share=FORM.seat,
             words=lambda v: f"the halves of the joint with play meet with {v['k']:.3g} N/m",
         ),
     ),

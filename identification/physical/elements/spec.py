@@ -150,7 +150,6 @@ class ElementSpec:
     curve: Curve | None = None  # over velocity, where it is one
     dry_friction: bool = False  # two in one machine are one, of another form
     falls_with_speed: bool = False  # of dry frictions: one that does differs from the others by that alone
-    takes_any_form: bool = False  # its curve can follow that of a simpler element closely
     once: bool = False  # two in a model act as one
     alone: bool = False  # the only element of its path
     moves_all: bool = False  # acts on the force of everything before it, rather than adding to it

@@ -1,0 +1,46 @@
+"""What a process beside rig control may take, and that it is the first to end where memory runs out (Linux)."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+__all__ = ["DATA_DIES_FIRST", "JOB_DIES_FIRST", "computer_memory", "die_first", "limit"]
+
+# Of 1000. The reader of a file from elsewhere before a job, a job before the service and the workers of the rigs (0).
+DATA_DIES_FIRST: Final = 1000
+JOB_DIES_FIRST: Final = 900
+_OWN: Final = Path("/proc/self")
+_CONTAINER: Final = Path("/sys/fs/cgroup/memory.max")  # of cgroup v2
+
+
+def die_first(score: int) -> None:
+    """Where memory runs out, the system ends this process, and what it starts, before one that moves a rig."""
+    if _OWN.is_dir():
+        with suppress(OSError):  # a container may forbid it
+            (_OWN / "oom_score_adj").write_text(str(score))
+
+
+def limit(name: str, value: int) -> None:
+    """Lower a limit of this process, for example RLIMIT_CPU; no error where the system has no such limit."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    number = getattr(resource, name)
+    hard = resource.getrlimit(number)[1]
+    most = value if hard == resource.RLIM_INFINITY else min(value, hard)
+    resource.setrlimit(number, (most, most))
+
+
+def computer_memory() -> int | None:
+    """Bytes of memory of this computer, or of its container if that has less; None if the system does not tell."""
+    try:
+        found = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return None
+    with suppress(OSError, ValueError):  # no container, or "max"
+        found = min(found, int(_CONTAINER.read_text()))
+    return found

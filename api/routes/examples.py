@@ -1,0 +1,37 @@
+"""Examples of requests, for the OpenAPI description and the page of the routes; the tests send them all."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from api.campaigns.typed_tests import EXAMPLES
+
+__all__ = ["REQUESTS"]
+
+_MODEL = {
+    "format": "damper-rig/model",
+    "format_version": 1,
+    "name": "viscous damper",
+    "kind": "physical",
+    "paths": {"core": [{"element": "viscous_damping", "parameters": {"c": 1500.0}}]},
+}
+_WHERE = {"rig": "modbus://127.0.0.1:5020", "specimen": "damper 7"}
+_CAMPAIGN = "4f2c1d0e9b8a47769d5e3c2b1a0f9e8d"  # the id of a campaign whose runs a job uses
+
+REQUESTS: dict[str, list[dict[str, Any]]] = {  # by the class of the body. Any: JSON
+    "NewCampaign": [
+        {"name": "first look", **_WHERE, "tests": list(EXAMPLES)},
+        {
+            "name": "with limits",
+            **_WHERE,
+            "tests": [EXAMPLES[0]],
+            "interlocks": ["force:-8e3:8e3:stop:0.01"],
+            "envelopes": [{"motion": {"max_displacement": 0.05, "max_velocity": 1.5}}],
+        },
+    ],
+    "NewDesign": [{"name": "matrix", "tests": list(EXAMPLES)}],
+    "ExplainRequest": [{"campaign": _CAMPAIGN, "model": _MODEL}],
+    "FitRequest": [{"kind": "fit", "campaign": _CAMPAIGN, "model": _MODEL, "starts": 4}],
+    "CharacteriseRequest": [{"kind": "characterise", **_WHERE}],
+    "CompareRequest": [{"kind": "compare", "campaign": _CAMPAIGN, "models": [_MODEL]}],
+}

@@ -1,0 +1,58 @@
+// Nodes of the page. Text is only ever text; nodes stay where they are, so that focus, selection and scroll stay too.
+
+export const at = (id) => document.getElementById(id);
+
+// make("button", { class: "go", type: "button", onclick: f }, "text", node, …)
+export function make(tag, attributes = {}, ...children) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === false || value === undefined || value === null) continue;
+    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
+    else node.setAttribute(name, value === true ? "" : value);
+  }
+  node.append(...children);
+  return node;
+}
+
+export function set(node, text) {
+  const words = String(text ?? "");
+  if (node.textContent !== words) node.textContent = words;
+}
+
+export function show(node, visible) {
+  if (node.hidden === Boolean(visible)) node.hidden = !visible;
+}
+
+export function attribute(node, name, value) {
+  if (node.getAttribute(name) !== String(value)) node.setAttribute(name, value);
+}
+
+// A state: its word, and a class for its colour. The word alone says it.
+export function state(node, word, kind = word) {
+  set(node, word);
+  attribute(node, "class", "state " + kind.replace(/[^a-z]+/g, "-"));
+}
+
+const rows = new WeakMap(); // container -> its rows by key
+
+// One node for each item, in order; a node is made once for a key and afterwards only updated.
+// create(item) returns { node, update(item) }.
+export function keyed(container, items, keyOf, create) {
+  const known = rows.get(container) ?? rows.set(container, new Map()).get(container);
+  const wanted = new Map(items.map((item) => [String(keyOf(item)), item]));
+  const focused = document.activeElement;
+  for (const [key, row] of known) {
+    if (!wanted.has(key)) {
+      row.node.remove();
+      known.delete(key);
+    }
+  }
+  let place = container.firstChild;
+  for (const [key, item] of wanted) {
+    const row = known.get(key) ?? known.set(key, create(item)).get(key);
+    row.update(item);
+    if (row.node === place) place = place.nextSibling;
+    else container.insertBefore(row.node, place);
+  }
+  if (focused !== document.activeElement && container.contains(focused)) focused.focus({ preventScroll: true });
+}

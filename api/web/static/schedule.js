@@ -1,0 +1,214 @@
+// Schedule a campaign: fill in tests or take a plan file; every change is drawn and checked before it is submitted.
+
+import { at, make, set, show } from "./dom.js";
+import { store } from "./feed.js";
+import { chart, colour } from "./charts.js";
+import { chooseCampaign, chosenRig } from "./choice.js";
+import { act, oneAtATime } from "./orders.js";
+import { Refused, create, createFromFile, get, postLong } from "./send.js";
+import { testCard } from "./card.js";
+import { degrees, force, length, number, seconds } from "./words.js";
+
+const CHECK_MS = 400;
+const TICK_MS = 2000; // a check that takes longer says for how long
+const cards = [];
+let changes = 0; // of the form: a check of what stands no longer there says nothing
+let timer = null;
+let warmUp = null; // of a plan file
+let drawn = null; // the card whose test is drawn
+
+const texts = ["name", "rig", "specimen", "operator"];
+const field = (key) => at("new-" + key);
+
+function campaign() {
+  const body = Object.fromEntries(texts.map((key) => [key, field(key).value.trim()]));
+  if (!body.operator) delete body.operator;
+  body.interlocks = field("interlocks").value.split("\n").map((line) => line.trim()).filter(Boolean);
+  if (warmUp) body.warm_up = warmUp;
+  return { ...body, tests: cards.map((card) => card.config()) };
+}
+
+function add(options) {
+  const card = testCard(options, {
+    changed: () => { drawn = card; checkSoon(); },
+    removed: () => { cards.splice(cards.indexOf(card), 1); card.node.remove(); number_(); checkSoon(); },
+    repeated: () => add({ config: { ...card.config(), name: freeName(card.config().name) }, from: "a copy", kind: card.kind, texts: card.texts() }),
+    chosen: () => { if (drawn !== card) { drawn = card; draw(); } },
+  });
+  cards.push(card);
+  at("new-tests").append(card.node);
+  drawn = card;
+  number_();
+  checkSoon();
+}
+
+function freeName(name) {
+  const taken = new Set(cards.map((card) => card.config().name));
+  const stem = name.replace(/ \d+$/, "");
+  for (let n = 2; ; n++) if (!taken.has(`${stem} ${n}`)) return `${stem} ${n}`;
+}
+
+function number_() {
+  cards.forEach((card, place) => card.place(place));
+  show(at("no-tests"), cards.length === 0);
+}
+
+function checkSoon() {
+  changes += 1;
+  clearTimeout(timer);
+  set(at("checked"), "checking …");
+  timer = setTimeout(() => { check(); draw(); }, CHECK_MS);
+}
+
+// The service designs every test for a check: minutes, for hundreds of homogenised ones.
+const check = oneAtATime(async () => {
+  const mine = changes;
+  const begun = performance.now();
+  const tick = setInterval(() => set(at("checked"), `checking … ${seconds((performance.now() - begun) / 1e3)}`), TICK_MS);
+  try {
+    const found = await postLong("/v1/campaigns/check", campaign());
+    if (mine !== changes) return;
+    clearErrors();
+    fits(found);
+  } catch (error) {
+    if (mine !== changes) return;
+    clearErrors();
+    if (error instanceof Refused) place(error);
+    else set(at("checked"), error.message);
+  } finally {
+    clearInterval(tick);
+  }
+});
+
+function fits(found) {
+  const heat = found.highest_degc === null ? "" : `, the damper gets ${degrees(found.highest_degc)} warm`;
+  set(at("checked"), `It fits: ${seconds(found.duration_s)} of rig time${heat}.`);
+  found.tests.forEach((one, place) => cards[place] && cards[place].say([
+    seconds(one.duration_s), "±" + length(one.displacement_m), number(one.velocity_m_s, 2, "m/s"),
+    one.force_n === null ? "" : force(one.force_n), one.temperature_rise_k === null ? "" : "+" + number(one.temperature_rise_k, 1, "K"),
+  ].filter(Boolean).join(" · ")));
+}
+
+function clearErrors() {
+  for (const card of cards) card.clear();
+  for (const key of [...texts, "interlocks"]) wrong(field(key), at("wrong-" + key), "");
+  show(at("wrong"), false);
+}
+
+export function wrong(input, line, text) {
+  set(line, text);
+  show(line, text);
+  if (text) input.setAttribute("aria-invalid", "true");
+  else input.removeAttribute("aria-invalid");
+}
+
+// Each error stands at its field; one that has none stands at its test, or under the form.
+function place(refused) {
+  const rest = [];
+  const errors = refused.errors.length ? refused.errors : [{ pointer: "", detail: refused.message }];
+  for (const error of errors) {
+    const [, top, index, ...path] = error.pointer.split("/");
+    if (top === "tests" && cards[index]) cards[index].wrong(path.join("/"), error.detail);
+    else if (at("wrong-" + top)) wrong(field(top), at("wrong-" + top), error.detail);
+    else rest.push(error.detail);
+  }
+  set(at("checked"), errors.length === 1 ? "One thing must be changed." : `${errors.length} things must be changed.`);
+  show(at("wrong"), rest.length);
+  set(at("wrong"), rest.join(" "));
+}
+
+const draw = oneAtATime(async () => {
+  if (!drawn || !cards.includes(drawn)) drawn = cards[0] ?? null;
+  show(at("drawing"), drawn);
+  if (!drawn || at("schedule-view").hidden) return;
+  const card = drawn;
+  let motion;
+  try {
+    motion = await postLong("/v1/tests/draw", { test: card.config() });
+  } catch {
+    return; // the check says what is wrong
+  }
+  if (card !== drawn) return;
+  const line = (x, y) => [{ x, y, mode: "lines", line: { width: 1.5, color: colour(0) }, name: motion.name }];
+  const mm = motion.displacement_m.map((value) => value * 1e3);
+  const words = `${motion.name}: ${seconds(motion.duration_s)}`;
+  chart(at("draw-time"), { title: `${motion.name}: displacement`, x: "Time (s)", y: "Displacement (mm)", kept: card, words,
+    traces: () => line(motion.time_s, mm) });
+  const currents = motion.current_a !== null;
+  chart(at("draw-range"), currents
+    ? { title: "Current", x: "Time (s)", y: "Current (A)", kept: card, words, traces: () => line(motion.time_s, motion.current_a) }
+    : { title: "Velocity over displacement", x: "Displacement (mm)", y: "Velocity (m/s)", kept: card, words,
+      traces: () => line(mm, motion.velocity_m_s) });
+  set(at("draw-hint"), motion.shown_s < motion.duration_s ? `The first ${seconds(motion.shown_s)} of ${seconds(motion.duration_s)}.` : "");
+});
+
+// Tests of a file become tests of the form; what the form has no fields for is kept as it is.
+export function takeTests(tests, from) {
+  cards.splice(0).forEach((card) => card.node.remove());
+  warmUp = null;
+  for (const config of tests) add({ config, from });
+  if (!field("name").value) field("name").value = from.replace(/\.[a-z0-9]+$/i, "");
+}
+
+// A JSON file is read here; the service reads the others, stores their tests as a design, and says what is wrong.
+async function takePlan(file) {
+  let plan;
+  if (file.name.toLowerCase().endsWith(".json")) {
+    const read = JSON.parse(await file.text());
+    plan = Array.isArray(read) ? { tests: read } : { tests: read.tests ?? [], warm_up: read.warm_up };
+  } else {
+    const design = await createFromFile(`/v1/designs/file?file=${encodeURIComponent(file.name)}`, file);
+    const kept = await get(`/v1/designs/${design.id}`);
+    plan = { tests: kept.configurations, warm_up: kept.warm_up };
+  }
+  takeTests(plan.tests, file.name);
+  warmUp = plan.warm_up ?? null;
+  set(at("plan-said"), `${plan.tests.length} ${plan.tests.length === 1 ? "test" : "tests"} from ${file.name}` + (warmUp ? ", with its warm-up" : ""));
+}
+
+async function submit(event) {
+  event.preventDefault();
+  const say = (text) => { show(at("wrong"), text); set(at("wrong"), text); };
+  await act(at("submit"), async () => {
+    set(at("checked"), "submitting …");
+    try {
+      return await create("/v1/campaigns", campaign());
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      clearErrors();
+      place(error);
+      const first = document.querySelector('#schedule-view [aria-invalid="true"]');
+      if (first) first.focus();
+      return null;
+    }
+  }, (text) => { if (text) { say(text); set(at("checked"), ""); } }, (made) => {
+    if (!made) return;
+    set(at("checked"), `${made.name} was accepted.`);
+    if (!store.campaigns.some((one) => one.id === made.id)) store.campaigns = [made, ...store.campaigns];
+    chooseCampaign(made);
+    location.hash = "#live";
+  });
+}
+
+export function showSchedule() {
+  at("known-rigs").replaceChildren(...store.rigs.map((rig) => make("option", { value: rig.url }, rig.name || rig.model)));
+  const rig = chosenRig() ?? store.rigs[0];
+  if (!field("rig").value && rig) field("rig").value = rig.url;
+  if (!cards.length) add({ kind: "sine" });
+  else draw();
+}
+
+at("schedule").addEventListener("submit", submit);
+at("submit").disabled = false; // before this line the browser itself would send the form, and what was typed would be lost
+at("schedule").addEventListener("input", (event) => { if (event.target.id.startsWith("new-") && event.target.type !== "file") checkSoon(); });
+at("add-test").addEventListener("click", () => add({ kind: "sine", name: freeName("test") }));
+at("plan").addEventListener("change", async () => {
+  const [file] = at("plan").files;
+  if (!file) return;
+  try {
+    await takePlan(file);
+  } catch (error) {
+    set(at("plan-said"), error.message);
+  }
+  at("plan").value = "";
+});

@@ -1,0 +1,162 @@
+"""Fit the confidence to judged names: `python -m benchmarks.explain.calibrate OUTCOMES.jsonl …`.
+
+The names of cases with an even seed are fitted; reliability is shown on both halves, beside the confidence that was
+stated when the cases were judged. `--collect KIND:FIRST:END[:RUNS]` judges cases first and appends them to the first
+file; those that it has already are not run again. `--write` puts the table where `identification` reads it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from benchmarks.explain.__main__ import in_a_line, wanted
+from benchmarks.explain.archive import features_of_latest
+from benchmarks.explain.judge import Outcome, features_from_json, judge
+from benchmarks.explain.outcomes import collect, executor_for_cases, read
+from benchmarks.explain.summary import CONFIDENT, expected_calibration_error
+from benchmarks.hidden import Conditions
+from identification.criteria import FORM
+from identification.discrepancy.confidence import DOUBTS, Features, Table, confidence, doubts
+from identification.discrepancy.confidence_table import PATH, table_to_json
+
+STATED = FORM.min_confidence
+_PENALTY = 1.0  # on half the squared weights of the doubts in units of their scatter: each is of the order of one
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JudgedName:
+    """A name that a search found, what spoke for it, and whether it was hidden there."""
+
+    seed: int
+    features: Features
+    stated: float  # confidence when it was judged
+    true: bool
+
+
+def names_in(outcomes: Sequence[Outcome]) -> list[JudgedName]:
+    """Every name that was judged, also those then withheld; of older outcomes the last name, if it was stated."""
+    return [name for o in outcomes for name in (_judged_in(o) if "judged" in o else _latest_in(o))]
+
+
+def _judged_in(o: Outcome) -> list[JudgedName]:
+    return [
+        JudgedName(
+            seed=o["seed"],
+            features=features_from_json(said),
+            stated=said["confidence"],
+            true=said["name"] in o["true"],
+        )
+        for said in o["judged"]
+    ]
+
+
+def _latest_in(o: Outcome) -> list[JudgedName]:
+    latest = features_of_latest(o)
+    if latest is None:
+        return []
+    name, features = latest
+    return [JudgedName(seed=o["seed"], features=features, stated=o["names"][name], true=name in o["true"])]
+
+
+def fitted(names: Sequence[JudgedName], penalty: float = _PENALTY) -> Table:
+    """The table with the largest likelihood of what was true, less the penalty on its weights; no weight below zero."""
+    against = np.array([[doubts(n.features)[d] for d in DOUBTS] for n in names])
+    scale = np.maximum(against.std(axis=0), 1e-9)
+    sign = np.where([n.true for n in names], 1.0, -1.0)
+
+    def loss(p: Floats) -> tuple[float, Floats]:
+        odds = sign * (p[0] - (against / scale) @ p[1:])
+        slope = -sign * np.exp(-np.logaddexp(0.0, odds))
+        value = np.sum(np.logaddexp(0.0, -odds)) + 0.5 * penalty * np.sum(p[1:] ** 2)
+        return float(value), np.concatenate([[slope.sum()], -(against / scale).T @ slope + penalty * p[1:]])
+
+    bounds = [(None, None), *[(0.0, None)] * len(DOUBTS)]
+    best = minimize(loss, np.zeros(1 + len(DOUBTS)), jac=True, method="L-BFGS-B", bounds=bounds)
+    weights = dict(zip(DOUBTS, (best.x[1:] / scale).tolist(), strict=True))
+    free = Table(without_doubt=float(best.x[0]), weights=weights, most=(1.0, 1.0), names=len(names))
+    one, two = (_borne_out([n for n in names if n.features.runs <= runs], free) for runs in (1, 2))
+    return replace(free, most=(min(one, two), two))
+
+
+def _borne_out(names: Sequence[JudgedName], table: Table) -> float:
+    """The most that so many names can bear out: (right + 1)/(stated + 2), Laplace's rule of succession."""
+    stated = [n.true for n in names if confidence(n.features, table) >= STATED]
+    return (sum(stated) + 1) / (len(stated) + 2)
+
+
+def reliability(confidences: Sequence[float], true: Sequence[bool]) -> str:
+    """Names stated and sure, how many of them are right, expected calibration error and Brier score, in a line."""
+    c, ok = np.array(confidences), np.array(true)
+    said, sure = c >= STATED, c >= CONFIDENT
+    brier = float(np.mean((c - ok) ** 2))
+    error = expected_calibration_error(c.tolist(), ok.tolist())
+    counts = f"{int(ok[said].sum()):>5} of {int(said.sum()):<5}{int(ok[sure].sum()):>5} of {int(sure.sum()):<5}"
+    return f"{counts}{error:>8.3f}{brier:>8.4f}"
+
+
+def shown(names: Sequence[JudgedName], table: Table) -> str:
+    """Reliability of the table and of the confidence that was stated, on each half."""
+    lines = [f"{'':<34}{'right ≥ 0.4':>14}{'right ≥ 0.9':>14}{'ECE':>8}{'Brier':>8}"]
+    for title, half in (("fitted half", 0), ("other half", 1)):
+        these = [n for n in names if n.seed % 2 == half]
+        true = [n.true for n in these]
+        title = f"{title}, {sum(true)} of {len(true)} true"
+        for how, values in (("as stated", [n.stated for n in these]),
+                            ("table", [confidence(n.features, table) for n in these])):  # fmt: skip
+            lines.append(f"{title:<24}{how:<10}{reliability(values, true)}")
+    return "\n".join(lines)
+
+
+def _case(o: Outcome) -> tuple[str, int, int | None]:
+    return o["kind"], o["seed"], o.get("runs")
+
+
+def cases_of(texts: Sequence[str]) -> list[tuple[str, int, Conditions]]:
+    """Kind, seed and conditions of every case that `KIND:FIRST:END[:RUNS]` asks for."""
+    cases = []
+    for text in texts:
+        kind, first, end, *runs = text.split(":")
+        conditions = Conditions(runs=int(runs[0]) if runs else None)
+        cases += [(kind, seed, conditions) for kind, seed in wanted([f"{kind}:{first}:{end}"])]
+    return cases
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.explain.calibrate", description=__doc__)
+    parser.add_argument("outcomes", nargs="+", type=Path, help="a line of JSON a case, compressed where it ends in .gz")
+    parser.add_argument(
+        "--collect", action="append", default=[], metavar="CASES", help="KIND:FIRST:END[:RUNS], judged first"
+    )
+    parser.add_argument("--workers", type=int, help="cases at once; without it, DAMPER_RIG_WORKERS or one a processor")
+    parser.add_argument("--write", action="store_true", help=f"write the table to {PATH.name} beside confidence.py")
+    arguments = parser.parse_args()
+    first = arguments.outcomes[0]
+    done = {_case(o) for o in read(first)}
+    todo = [c for c in cases_of(arguments.collect) if (c[0], c[1], c[2].runs) not in done]
+    if todo:
+        with closing(executor_for_cases(arguments.workers)) as executor:
+            collect(judge, todo, first, executor, in_a_line)
+    every = {_case(o): o for path in reversed(arguments.outcomes) for o in read(path)}  # the first file counts
+    names = names_in(list(every.values()))
+    table = fitted([n for n in names if n.seed % 2 == 0])
+    print(shown(names, table))
+    print("at most {:.2f} from one run, {:.2f} from two".format(*table.most))
+    print(f"log odds without a doubt {table.without_doubt:.2f}; weights of the doubts:")
+    print("\n".join(f"  {name:<20}{weight:.3f}" for name, weight in table.weights.items()))
+    if arguments.write:
+        PATH.write_text(json.dumps(table_to_json(table), indent=2) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,46 @@
+"""Other elements that were tried in the place of a named one, and how far each is behind it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+from identification.discrepancy.naming import Search
+from identification.discrepancy.trials import Trial, allowance, complexity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rival:
+    """An element that was tried in the place of a named one, compared with most of the other names there."""
+
+    name: str
+    behind: float  # how much worse it fits, in units of the form tolerance; down to -1 where it fits better
+    finer: float  # parameters that it has more; 0 where it has none more
+
+    @property
+    def margin(self) -> float:
+        """How far it is behind, in units of the form tolerance; a parameter more counts as one."""
+        return self.behind + self.finer
+
+
+def rivals_of(found: Search, name: str) -> list[Rival]:
+    """The rivals of a name, by its id, as last compared; what is named too is no rival."""
+    compared = found.compared[name].rivals
+    chosen = next(t for t in compared if t.id == name)
+    return [_rival(chosen, t) for t in compared if t.id not in found.names]
+
+
+def margin_of(rivals: list[Rival]) -> float:
+    """Margin to the best of them; infinite without one."""
+    return min((r.margin for r in rivals), default=inf)
+
+
+def beside_a_curve(found: Search, name: str) -> bool:
+    """Whether a name is a curve over velocity and the base has one of its own."""
+    return found.fit.model.element(name).spec.bent and any(e.spec.carries for e in found.given.on("core"))
+
+
+def _rival(chosen: Trial, other: Trial) -> Rival:
+    worse = max(other.excess - chosen.excess, 0.0) / allowance(chosen, other)
+    better = min(max(chosen.excess - other.excess, 0.0) / allowance(other, chosen), 1.0)
+    return Rival(name=other.name, behind=worse - better, finer=max(complexity(other) - complexity(chosen), 0.0))

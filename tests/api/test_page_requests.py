@@ -1,0 +1,192 @@
+"""What the page sends: nothing before its scripts have come, once what creates something, and with patience."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import httpx
+import pytest
+
+from api.access.keys import KeyStore
+from api.access.scopes import Scope
+from api.app import create_app
+from api.settings import Settings
+from api.store.database import Database
+from tests.api.browser import Page, browser
+from tests.api.serving import serving
+
+pytestmark = pytest.mark.browser
+
+# The next answer is lost on its way back: the service has done what was asked.
+LOSE = """(() => {
+  const real = window.fetch;
+  window.fetch = async (...request) => {
+    await real(...request);
+    window.fetch = real;
+    throw new TypeError("lost");
+  };
+})()"""
+
+SHOW_ALL = "document.querySelectorAll('[hidden]').forEach(node => { node.hidden = false; })"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Front:
+    page: Page
+    client: httpx.Client
+
+    def show(self, view: str) -> None:
+        self.page.evaluate(f"location.hash = '#{view}'")
+        self.page.wait_for(f"!document.querySelector('#{view}-view').hidden")
+
+    def fill(self, selector: str, text: str) -> None:
+        self.page.evaluate(
+            f"(node => {{ node.value = {text!r}; node.dispatchEvent(new Event('input', {{bubbles: true}})); }})"
+            f"(document.querySelector({selector!r}))"
+        )
+
+    def click(self, selector: str) -> None:
+        self.page.evaluate(f"document.querySelector({selector!r}).click()")
+
+    def says(self, selector: str, words: str) -> None:
+        self.page.wait_for(f"document.querySelector({selector!r}).textContent.includes({words!r})")
+
+    def names(self, path: str, of: str) -> list[str]:
+        return [one["name"] for one in self.client.get(path).json()[of]]
+
+
+@pytest.fixture(scope="module")
+def front(tmp_path_factory: pytest.TempPathFactory, chromium: Path) -> Iterator[Front]:
+    """The page of somebody who may do everything, on a service without workers."""
+    place = tmp_path_factory.mktemp("requests")
+    settings = Settings(data_dir=place / "lab")
+    with Database(settings.store_url) as database:
+        key = KeyStore(database).create("Ada", Scope.ADMIN, expires_days=None, created_by="test")[1]
+    with ExitStack() as stack:
+        client = stack.enter_context(serving(create_app(settings, with_workers=False)))
+        client.headers["authorization"] = f"Bearer {key}"
+        page = stack.enter_context(browser(chromium, place / "profile"))
+        page.open(f"{client.base_url}/sign-in")
+        page.wait_for("(document.querySelector('#go') || {}).disabled === false")
+        page.evaluate(f"document.querySelector('#key').value = {key!r}")
+        page.evaluate("document.querySelector('#go').click()")
+        page.wait_for("location.pathname === '/' && document.querySelector('#link')?.textContent === 'live'")
+        yield Front(page=page, client=client)
+
+
+def test_before_its_scripts_have_come_no_form_of_the_page_sends_anything(front: Front) -> None:
+    page, here = front.page, f"{front.client.base_url}/"
+    page.call("Network.enable")
+    page.call("Network.setBlockedURLs", urls=["*/live.js*"])
+    try:
+        page.open(here)
+        page.evaluate(SHOW_ALL)
+        forms = page.evaluate("[...document.forms].map(form => form.id)")
+        assert len(forms) >= 4
+        for form in forms:
+            field = f"document.querySelector('#{form} input[type=text], #{form} input:not([type])')"
+            page.evaluate(f"document.querySelectorAll('#{form} button').forEach(button => button.click())")
+            if page.evaluate(f"{field} === null"):
+                continue
+            page.evaluate(f"{field}.value = 'kept'; {field}.focus()")
+            page.press("Enter")
+            assert page.evaluate(f"{field}.value") == "kept", form
+        assert page.evaluate("location.href") == here
+    finally:
+        page.call("Network.setBlockedURLs", urls=[])
+    page.open(here)
+    page.wait_for("document.querySelector('#link').textContent === 'live'")
+    for button in ("#submit", "#make-key"):
+        page.wait_for(f"document.querySelector('{button}').disabled === false")
+
+
+def test_a_campaign_whose_answer_was_lost_and_one_that_is_clicked_twice_are_created_once(front: Front) -> None:
+    front.show("schedule")
+    for key, text in (("name", "lost"), ("rig", "modbus://127.0.0.1:5020"), ("specimen", "damper 7")):
+        front.fill(f"#new-{key}", text)
+    front.says("#checked", "It fits")
+    front.page.evaluate(LOSE)
+    front.click("#submit")
+    front.says("#wrong", "Press again")
+    assert front.names("/v1/campaigns", "campaigns") == ["lost"]
+    front.click("#submit")
+    front.page.wait_for("!document.querySelector('#live-view').hidden")
+    assert front.names("/v1/campaigns", "campaigns") == ["lost"]
+    front.click("#submit")  # the second click of a double click: the form is out of sight by now
+    front.says("#checked", "was accepted")
+    assert front.names("/v1/campaigns", "campaigns") == ["lost"]
+    front.page.evaluate("new Promise(ready => setTimeout(ready, 1200))")  # no double click takes as long
+    front.click("#submit")
+    front.page.wait_for("document.querySelectorAll('#campaigns li').length === 2")
+    assert front.names("/v1/campaigns", "campaigns") == ["lost", "lost"]
+
+
+def test_a_job_whose_answer_was_lost_is_created_once(front: Front, folder: Path) -> None:
+    run = (folder / "slow.h5").read_bytes()
+    front.client.post("/v1/runs", params={"name": "slow.h5"}, content=run).raise_for_status()
+    front.show("runs")
+    front.page.wait_for("document.querySelectorAll('#runs-rows tr').length === 1")
+    front.click("#runs-rows input")
+    front.page.wait_for("document.querySelector('#runs-rows input').checked")
+    front.page.evaluate(LOSE)
+    front.click("#sheet")
+    front.says("#runs-actions + .said", "Press again")
+    front.click("#sheet")
+    front.says("#runs-actions + .said", "The sheet")
+    assert len(front.client.get("/v1/jobs").json()["jobs"]) == 1
+
+
+def test_a_number_of_days_that_is_none_is_refused_and_makes_no_key_that_never_expires(front: Front) -> None:
+    front.show("keys")
+    front.page.wait_for("document.querySelectorAll('#keys tr').length === 1")
+    front.fill("#key-name", "Ben")
+    front.fill("#key-days", "30 days")
+    front.click("#make-key")
+    front.says("#key-form + .said", "expires_days")
+    assert front.names("/v1/keys", "keys") == ["Ada"]
+
+
+# The check of a campaign is under way until letGo is called; time goes on by window.later milliseconds.
+HOLD_CHECK = """(() => {
+  const real = window.fetch;
+  const clock = performance.now.bind(performance);
+  window.later = 0;
+  performance.now = () => clock() + window.later;
+  window.fetch = async (url, options) => {
+    if (String(url).includes("/check")) await new Promise((go, end) => {
+      window.letGo = go;
+      options.signal.addEventListener("abort", () => end(options.signal.reason));
+    });
+    return real(url, options);
+  };
+})()"""
+SILENT_MS = "import('/static/feed.js').then(feed => feed.silentMs())"
+
+
+def test_a_check_is_waited_for_as_long_as_the_service_is_heard_and_no_longer(front: Front) -> None:
+    page = front.page
+    page.call("Network.enable")
+    front.show("schedule")
+    page.evaluate(HOLD_CHECK)
+    for key, text in (("rig", "modbus://127.0.0.1:5020"), ("specimen", "damper 7"), ("name", "slow")):
+        front.fill(f"#new-{key}", text)
+    for _ in range(6):  # 30 s
+        page.wait_for("window.letGo !== undefined")
+        page.evaluate("window.later += 5000")
+        page.wait_for(f"{SILENT_MS}.then(silent => silent < 1000)")
+    front.says("#checked", "checking … 3")
+    page.evaluate("window.letGo()")
+    front.says("#checked", "It fits")
+    page.evaluate("window.letGo = undefined")
+    front.fill("#new-name", "silent")
+    page.wait_for("window.letGo !== undefined")
+    page.call("Network.setBlockedURLs", urls=["*/v1/live"])  # its stream is opened again where it was silent
+    page.evaluate("window.later += 3000")
+    page.wait_for("document.querySelector('#link').textContent === 'connection lost'")
+    page.evaluate("window.later += 15000")
+    front.says("#checked", "does not answer")
+    page.call("Network.setBlockedURLs", urls=[])
+    page.wait_for("document.querySelector('#link').textContent === 'live'")

@@ -1,0 +1,83 @@
+"""The confidence that is fitted to judged names says how often they are true."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+
+from benchmarks.explain.calibrate import JudgedName, cases_of, fitted, names_in, reliability, shown
+from benchmarks.explain.summary import expected_calibration_error
+from identification.discrepancy.confidence import DOUBTS, Features, Table, confidence
+
+
+def drawn(rng: np.random.Generator, truth: Table, seed: int) -> JudgedName:
+    """A name with features at random that is true as often as the table says."""
+    f = Features(
+        spread=rng.exponential(0.1), runs=int(rng.integers(1, 7)), left_beside=rng.uniform() ** 3,
+        margin=rng.uniform(0.0, 5.0), own_share=rng.uniform(0.05, 1.0), beside_curve=bool(rng.random() < 0.3),
+    )  # fmt: skip
+    return JudgedName(seed=seed, features=f, stated=0.5, true=bool(rng.random() < confidence(f, truth)))
+
+
+WEIGHTS = {**dict.fromkeys(DOUBTS, 0.0), "scatter": 1.5, "few_runs": 4.0}
+TRUTH = Table(without_doubt=6.0, weights=WEIGHTS, most=(1.0, 1.0), names=1)
+RNG = np.random.default_rng(5)
+NAMES = [drawn(RNG, TRUTH, seed) for seed in range(3000)]
+
+
+def test_the_fit_comes_back_to_what_the_names_were_drawn_from() -> None:
+    table = fitted(NAMES)
+    assert table.weights["scatter"] == pytest.approx(1.5, abs=0.3)
+    assert table.weights["few_runs"] == pytest.approx(4.0, abs=1.0)
+    assert all(w >= 0.0 for w in table.weights.values())
+    assert table.names == len(NAMES)
+    several = [n for n in NAMES if n.features.runs > 2]
+    said = [confidence(n.features, table) for n in several]
+    assert expected_calibration_error(said, [n.true for n in several]) < 0.02
+
+
+def test_a_doubt_that_only_right_names_have_gets_no_weight() -> None:
+    upside_down = [JudgedName(seed=n.seed, features=n.features, stated=n.stated, true=not n.true) for n in NAMES]
+    assert fitted(upside_down).weights["scatter"] == 0.0
+
+
+def test_few_cases_limit_the_confidence() -> None:
+    single = [n for n in NAMES if n.features.runs == 1 and n.true][:8]
+    many = [n for n in NAMES if n.features.runs > 2]
+    table = fitted([*single, *many])
+    assert table.most[0] <= 9 / 10
+    assert all(confidence(n.features, table) <= 9 / 10 for n in single)
+
+
+def test_a_stronger_penalty_gives_smaller_weights() -> None:
+    few = NAMES[:100]
+    free, held = (sum(fitted(few, penalty).weights.values()) for penalty in (0.1, 100.0))
+    assert held < free
+
+
+def test_both_halves_are_shown_as_stated_and_by_the_table() -> None:
+    lines = shown(NAMES, fitted([n for n in NAMES if n.seed % 2 == 0])).splitlines()
+    assert [("as stated" in line, "table" in line) for line in lines[1:]] == [(True, False), (False, True)] * 2
+    assert sum("fitted half" in line for line in lines) == sum("other half" in line for line in lines) == 2
+
+
+def test_reliability_counts_right_names() -> None:
+    words = reliability([0.95, 0.95, 0.5, 0.1], [True, False, True, True]).split()
+    assert words[:6] == ["2", "of", "3", "1", "of", "2"]
+
+
+def test_names_that_were_withheld_are_read_too() -> None:
+    said = [
+        {"name": name, "stated": stated, "confidence": 0.3, **asdict(NAMES[0].features), "strengths": [None, 1.0]}
+        for name, stated in (("free_play", True), ("gas_spring", False))
+    ]
+    read = names_in([{"seed": 4, "true": ["free_play"], "judged": said}, {"seed": 5, "true": [], "error": "none"}])
+    assert [n.true for n in read] == [True, False]
+    assert read[0].features == NAMES[0].features
+
+
+def test_cases_are_asked_for_with_their_number_of_runs() -> None:
+    asked = cases_of(["single:3:5:2", "null:7:8"])
+    assert [(kind, seed, c.runs) for kind, seed, c in asked] == [("single", 3, 2), ("single", 4, 2), ("null", 7, None)]
