@@ -68,8 +68,8 @@ def test_a_run_file_that_cannot_grow_ends_the_run_and_becomes_a_run_when_there_i
     assert str(lab) not in whole_answers
     limit_files(worker, resource.RLIM_INFINITY)
     [run] = reached(base, f"/v1/campaigns/{begun}/runs", lambda answer: bool(answer["runs"]))["runs"]
-    assert run["status"] == "truncated"  # what came after the last flush could not be kept
-    assert first_lost <= run["samples"] < first_lost + 1000  # less than a second may have come after the flush
+    assert run["status"] == "truncated"
+    assert first_lost <= run["samples"]  # what was flushed is never lost; some of what came later may be kept
     assert get(base, f"/v1/campaigns/{begun}")["tests"][0]["samples"] == run["samples"]
     assert [path.name for path in folder.iterdir()] == ["one.h5"]
     assert read_run(folder / "one.h5").samples == run["samples"]
