@@ -1,8 +1,8 @@
 """Status answers that many ask for at once are made once: each is given again for a tenth of a second.
 
 Whoever changes something through this process reads the change at once. What a worker process or another service writes
-is seen up to ``KEPT_S`` later, which is half of the interval at which workers tell their progress. Whoever has seen it in
-one answer sees it in all others: an answer that has changed ends the life of every older one.
+is seen up to ``KEPT_S`` later, which is half of the interval at which workers tell their progress. Whoever has seen it
+in one answer sees it in all others: an answer that has changed ends the life of every older one.
 """
 
 from __future__ import annotations
