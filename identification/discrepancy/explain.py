@@ -16,6 +16,7 @@ from identification.discrepancy.notes import coarse, finer, of_runs, tared_apart
 from identification.discrepancy.preparation import prepared
 from identification.discrepancy.search import search
 from identification.discrepancy.verdict import SearchResult, drop_doubtful, judge, test_is_worthwhile
+from identification.fitting.discretisation import with_solver_error
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.motion_noise import with_motion_noise
 from identification.physical.elements import CATALOGUE, TONE
@@ -156,7 +157,8 @@ def _fit_final(result: SearchResult) -> Model:
     grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
     added = [e.id in found.names or e.id not in base.ids for e in grown.elements]
     elements = tuple(remove_limits(e) if new else e for e, new in zip(grown.elements, added, strict=True))
-    return fit_records(replace(grown, elements=elements), result.train, max_iterations=BUDGET.fit_iterations).model
+    final = fit_records(replace(grown, elements=elements), result.train, max_iterations=BUDGET.fit_iterations)
+    return with_solver_error(final, result.train).model
 
 
 def _named_for_reader(compared: Compared) -> Compared:

@@ -194,9 +194,7 @@ def _effect(
 def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region], noise_floor: float) -> str:
     """What stays on the training runs, in words."""
     found, records = result.found, result.quiet
-    samples = sum(r.measured.size for r in records)
-    noise = float(np.sqrt(np.mean([r.sigma**2 for r in records])))
-    size = noise * float(np.sqrt(max(found.excess, 0.0) / samples))
+    size = _beyond_noise(found.fit, records)
     if verdict == Verdict.NO_DISCREPANCY or (verdict == Verdict.EXPLAINED and size < noise_floor):
         return ""
     if verdict == Verdict.EXPLAINED:
@@ -209,6 +207,12 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
         near = _nearest(found)
         return f"a repeatable {size:.3g} N rms that no element of the catalogue explains; {where}{near}; {like}"
     return f"a repeatable {size:.3g} N rms stays after the named effects; before them the gap lay {where}; {like}"
+
+
+def _beyond_noise(fit: Fit, records: Sequence[Record]) -> float:
+    """What a fit leaves beyond the noise, N rms over all samples: √(Σ(e² - σ²)/n), each record with its own σ."""
+    energy = sum(float(np.dot(e, e)) - e.size * r.sigma**2 for e, r in zip(fit.residuals, records, strict=True))
+    return float(np.sqrt(max(energy, 0.0) / fit.samples))
 
 
 def _held_out_remainder(verdict: Verdict, held: Gaps, traces: Sequence[Traces]) -> str:
