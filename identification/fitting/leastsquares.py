@@ -21,9 +21,9 @@ Mask = NDArray[np.bool_]
 _SHRINK = 5.0  # a parameter that must stay above zero decreases by at most this factor in a step
 _DAMPINGS = 10
 _UNSEEN = 1e-200  # a sum of squares from which no finite variance follows
-# Parts of all records together, for the scatter of what their samples pull the parameters by, for each parameter at least
-# and in total at least; of one record at least. Half: a variance is known to 40 % of itself and not 29; double: noise
-# that remembers a fiftieth of a record counts as white.
+# Parts of all records together, for the scatter of what their samples pull the parameters by: for each parameter and in
+# total at least; of one record at least. Half: a variance is known to 40 % of itself and not 29; double: noise that
+# remembers a fiftieth of a record counts as white.
 _PARTS_OF_ONE, _PARTS, _PARTS_OF_RECORD = 4, 24, 4
 
 
