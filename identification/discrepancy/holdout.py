@@ -34,8 +34,8 @@ def hold_out(records: Sequence[Record]) -> tuple[list[Record], list[Record]]:
 def _ends_reached(records: Sequence[Record]) -> list[int]:
     """Of how many ranges (displacement, velocity, current, temperature) each record alone reaches an end."""
     alone = [0] * len(records)
-    for of in (lambda m: m.x, lambda m: m.v, lambda m: m.i, lambda m: m.temperature):
-        signals = [of(r.motion)[r.window] for r in records]
+    for name in ("x", "v", "i", "temperature"):
+        signals = [getattr(r.motion, name)[r.window] for r in records]
         for highest in (np.array([np.max(s) for s in signals]), -np.array([np.min(s) for s in signals])):
             first, second = np.argsort(-highest)[:2]
             span = max(float(np.ptp(np.concatenate(signals))), 1e-300)
