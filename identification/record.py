@@ -13,8 +13,6 @@ from excitation.kinds import Kind
 from identification.derivatives import (
     Kinematics,
     band_of_drive,
-    band_of_force,
-    low_pass,
     low_pass_lines,
     smooth_kinematics,
 )
@@ -40,8 +38,6 @@ _MIN_SAMPLES = 64
 _REPEATABLE_FLOOR = 2e-4  # of rms force: neither a rig nor a solver is more exact
 
 
-_OVERSAMPLED = 16.0  # samples for one cycle at the end of a band that the force has narrowed
-_PASSED = 2.5  # times that end is the two-sided bandwidth of its filter for white noise
 _ROUGH = 1.5  # mean square of the steps over the variance: 2 for white noise, near 0 for a well sampled signal
 _AT_REST = 4.0  # times its noise: a lower velocity may be zero
 _STANDS = 1e-4  # or this share of the highest velocity
@@ -76,7 +72,6 @@ class Record:
     band_hz: float | None = (
         None  # force and model are compared up to this frequency only: the motion is not known above it
     )
-    stride: int = 1  # samples of the run for one of the record: more only where the band ends far below the sample rate
     mean_sigma: float | None = None  # rms noise of the mean period, N, where it is not that of one by √P
     independent: float = 1.0  # share of the samples whose noise is independent, below 1 where it is coloured
     again: Motion | None = None  # the motion with another realisation of the sensor noise
@@ -95,9 +90,7 @@ class Record:
         """A simulated force (N,) or its gradient (N, K) in the compared window and band."""
         if self.band_hz is None:
             return signal[self.window]
-        if self.period:
-            return low_pass_lines(signal[self.window], 1.0 / self.dt, self.band_hz)
-        return low_pass(signal, 1.0 / self.dt, self.band_hz)[self.window]
+        return low_pass_lines(signal[self.window], 1.0 / self.dt, self.band_hz)
 
 
 def compact(record: Record, foreign: Floats | None = None) -> Record:
@@ -146,11 +139,9 @@ def on_top_of_simulation(record: Record, run: Run) -> Record:
             f"{record.name}: no channel 'force_simulated': write the force of your own simulation into it, N, "
             "or give a model file"
         )
-    if record.band_hz is not None and record.period:
+    if record.band_hz is not None:
         simulated = simulated.copy()
         simulated[record.window] = low_pass_lines(simulated[record.window], run.sample_rate_hz, record.band_hz)
-    elif record.band_hz is not None:
-        simulated = low_pass(simulated, run.sample_rate_hz, record.band_hz)[:: record.stride]
     return replace(record, simulated=simulated[: record.force.size].copy())
 
 
@@ -256,18 +247,12 @@ def _again(motion: Motion, kinematics: Kinematics, settled: int) -> Motion:
 
 def _free(run: Run, name: str) -> Record:
     x, force, current = run.channels["displacement"], run.channels["force"], run.channels.get("current")
-    rate, stride, share = run.sample_rate_hz, 1, 1.0
+    motion, kinematics = free_motion(run)
     steady = current is None or is_steady(current)
-    narrow = band_of_force(x, force, rate) if steady else None
-    motion, kinematics = free_motion(run, narrow)
-    sigma, how = _noise_of(x, force, rate, kinematics.bandwidth_hz, steady)
+    sigma, how = _noise_of(x, force, run.sample_rate_hz, kinematics.bandwidth_hz, steady)
     again = _again(motion, kinematics, 0)
-    if narrow is not None:
-        stride, share = max(1, int(rate / (_OVERSAMPLED * narrow))), min(1.0, _PASSED * narrow / rate)
-        force, sigma = low_pass(force, rate, narrow)[::stride], sigma * np.sqrt(share)
-        motion, again = motion.every(stride), again.every(stride)
-        how += "; force and model are compared up to that frequency only"
-    window, resting = _moving(motion.v, again.v - motion.v, _edge(rate / stride, kinematics.bandwidth_hz, force.size))
+    edge = _edge(run.sample_rate_hz, kinematics.bandwidth_hz, force.size)
+    window, resting = _moving(motion.v, again.v - motion.v, edge)
     return Record(
         name=name,
         motion=motion,
@@ -282,9 +267,6 @@ def _free(run: Run, name: str) -> Record:
         notes=resting,
         kind=run.excitation_kind,
         again=again,
-        band_hz=narrow,
-        stride=stride,
-        independent=min(1.0, share * stride),
     )
 
 
@@ -295,7 +277,7 @@ def _noise_of(x: Floats, force: Floats, rate: float, bandwidth_hz: float, steady
     sigma = from_cycles(force[inner], x[inner], rate) if steady else None
     if sigma is not None:
         return sigma, "what is left beside the harmonics of the motion"
-    return high_frequency(force[inner]), "the upper quarter of the spectrum"
+    return high_frequency(force[inner]), "the highest frequencies that its filter lets through"
 
 
 def _edge(rate: float, bandwidth_hz: float, samples: int) -> int:

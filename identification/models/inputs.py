@@ -150,9 +150,9 @@ def periodic_motion(run: Run, drop: int) -> tuple[Motion, Kinematics]:
     return motion, kinematics
 
 
-def free_motion(run: Run, bandwidth_hz: float | None = None) -> tuple[Motion, Kinematics]:
-    """The motion of a run without whole periods, up to a frequency that is given or found; and how it was found."""
-    kinematics = smooth_kinematics(run.channels["displacement"], run.sample_rate_hz, bandwidth_hz)
+def free_motion(run: Run) -> tuple[Motion, Kinematics]:
+    """The motion of a run without whole periods; and how it was found."""
+    kinematics = smooth_kinematics(run.channels["displacement"], run.sample_rate_hz)
     current = run.channels.get("current")
     motion = Motion(
         dt=1.0 / run.sample_rate_hz,

@@ -133,10 +133,10 @@ def heavy(*extra: Element) -> Model:
                                          element("moving_mass", {"m": 80.0})))  # fmt: skip
 
 
-def test_the_force_tells_how_far_a_coarse_encoder_can_be_differentiated() -> None:
+def test_a_coarse_encoder_is_differentiated_as_far_as_its_own_steps_allow() -> None:
     record = record_from_run(positioning(1))
-    assert record.band_hz is not None
-    assert record.band_hz < 120.0
+    assert record.band_hz is None  # the force has no say in it
+    assert record.bandwidth_hz < 120.0
     friction = element("presliding_friction", {"sigma": 5e5, "f_c": 15.0})
     fitted = fit_records(heavy(friction, element("force_offset", {"F0": 1.0})), [compact(record)])
     mass = next(e for e in fitted.model.elements if e.name == "moving_mass")
@@ -150,7 +150,7 @@ def test_friction_and_offset_of_a_machine_that_moves_from_place_to_place_are_nam
     assert names.count("force_offset") == 1
     assert len(names) == 2
     assert dry & set(names)
-    assert found.held_out.final < 0.1 * found.held_out.base_refitted
+    assert found.held_out.final < 1.1 * found.held_out.noise_floor < 0.3 * found.held_out.base_refitted
 
 
 def test_what_is_at_rest_is_left_out_and_said() -> None:
