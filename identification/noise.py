@@ -12,6 +12,12 @@ Floats = NDArray[np.float64]
 _TONE_RATIO = 25.0  # a bin this far above the median of its neighbours is a tone: by chance 3e-8 of bins are
 _TONE_NEIGHBOURS = 101
 _BANDS = 32  # of equal width, up to half the sample rate
+_QUARTER = _BANDS // 4
+_LINE_MEDIANS = 6.0  # times the median: what is higher is a line; 1.6 % of noise is
+_KEPT = 0.934  # mean of the rest of an exponential over its whole mean: 1 − t/(eᵗ − 1), t = 6·ln 2
+_ALIKE = 4.0  # variance of the median of lines of noise through Hann's window, over its square, times their number
+_APART = 3.0  # standard deviations of such a median: a band that is higher holds more than noise
+_MOST_APART = 0.25
 _FILTERED = 1.6  # from one band to the next: what a motion makes falls by f⁻⁴ at most, 1.14 there; a filter by more
 
 
@@ -121,18 +127,32 @@ def _harmonics(t: Floats, f0: float, count: int) -> Floats:
     return np.concatenate([np.ones((t.size, 1)), np.cos(turn), np.sin(turn)], axis=1)
 
 
-def high_frequency(signal: Floats) -> float:
-    """Noise of any record, in its own unit: white noise of the level at the highest frequencies that were let through.
+def high_frequency(signal: Floats) -> tuple[float, float]:
+    """Noise of any record, in its own unit, and the share of its spectrum that tells it.
 
-    The median there is taken, so that single lines and the tails of sharp events count little.
+    White noise of the level at the highest frequencies that were let through, and at all lower ones down to where more
+    than noise is seen. Lines far above it do not count.
     """
-    n = signal.size
-    power = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(n))) ** 2
-    return float(np.sqrt(np.median(below_filter(power)) / np.log(2.0) / (0.375 * n)))
+    window = np.hanning(signal.size)
+    power = np.abs(np.fft.rfft((signal - signal.mean()) * window)) ** 2 / float(window @ window)
+    bands = _let_through(power)
+    top = len(bands) - _QUARTER
+    level = float(np.median(np.concatenate(bands[top:])))
+    apart = min(_APART * float(np.sqrt(_ALIKE / bands[0].size)), _MOST_APART)
+    while top > 0 and float(np.median(bands[top - 1])) < (1.0 + apart) * level:
+        top -= 1
+    noise = np.concatenate(bands[top:])
+    kept = noise[noise < _LINE_MEDIANS * level]
+    return float(np.sqrt(np.mean(kept) / _KEPT)), noise.size / power.size
 
 
 def below_filter(power: Floats) -> Floats:
-    """The highest quarter of a spectrum below the edge of the filter that its recorder had.
+    """The highest quarter of a spectrum below the edge of the filter that its recorder had."""
+    return np.concatenate(_let_through(power)[-_QUARTER:])
+
+
+def _let_through(power: Floats) -> list[Floats]:
+    """A spectrum in bands, up to the edge of the filter that its recorder had.
 
     Where a spectrum falls steeply towards half the sample rate, a filter before the sampling has taken the noise away.
     """
@@ -141,4 +161,4 @@ def below_filter(power: Floats) -> Floats:
     last = _BANDS
     while last > _BANDS // 2 and level[last - 2] > _FILTERED * level[last - 1]:
         last -= 1
-    return np.concatenate(bands[last - _BANDS // 4 : last])
+    return bands[:last]

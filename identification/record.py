@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_opening
 
 from excitation.kinds import Kind
+from identification.criteria import CHANCE
 from identification.derivatives import (
     Kinematics,
     band_of_drive,
@@ -44,6 +45,7 @@ _STANDS = 1e-4  # or this share of the highest velocity
 _SOME = 0.02  # share of a record at rest from which it is left out
 _KNOWN = 2  # periodic records from which the noise of the load cell is known
 _SAME_LEVEL = 1.15
+_MEDIAN_AND_MEAN = 3.6  # variance of σ² from a share of the lines of Hann's window, times the share; read off draws
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,6 +75,7 @@ class Record:
         None  # force and model are compared up to this frequency only: the motion is not known above it
     )
     mean_sigma: float | None = None  # rms noise of the mean period, N, where it is not that of one by √P
+    floor_variance: float = CHANCE.floor_variance  # of χ² over that with a known noise floor
     independent: float = 1.0  # share of the samples whose noise is independent, below 1 where it is coloured
     again: Motion | None = None  # the motion with another realisation of the sensor noise
 
@@ -186,7 +189,7 @@ def record_to_come(
     band = smooth_kinematics(displacement, sample_rate_hz).bandwidth_hz
     window: Window = slice(settle * period, n)
     if not period:
-        window = _moving(motion.v, np.zeros(n), _edge(sample_rate_hz, band, n))[0]
+        window = _moving(motion, np.zeros(n), _edge(sample_rate_hz, band, n))[0]
     return Record(
         name="to come",
         motion=motion,
@@ -208,7 +211,7 @@ def _periodic(run: Run, name: str) -> Record:
     motion, kinematics = periodic_motion(run, drop)
     settled, period = force[drop:], run.period_samples
     narrow, limited, share = band_of_drive(kinematics, settled, run.sample_rate_hz), "", 1.0
-    sigma, tones = high_frequency(settled.ravel()), list[float]()
+    sigma, tones = high_frequency(settled.ravel())[0], list[float]()
     if narrow is not None:
         share = min(1.0, 2.0 * narrow / run.sample_rate_hz)
         settled = low_pass_lines(settled.ravel(), run.sample_rate_hz, narrow).reshape(settled.shape)
@@ -249,10 +252,10 @@ def _free(run: Run, name: str) -> Record:
     x, force, current = run.channels["displacement"], run.channels["force"], run.channels.get("current")
     motion, kinematics = free_motion(run)
     steady = current is None or is_steady(current)
-    sigma, how = _noise_of(x, force, run.sample_rate_hz, kinematics.bandwidth_hz, steady)
+    sigma, unsure, how = _noise_of(x, force, run.sample_rate_hz, kinematics.bandwidth_hz, steady)
     again = _again(motion, kinematics, 0)
     edge = _edge(run.sample_rate_hz, kinematics.bandwidth_hz, force.size)
-    window, resting = _moving(motion.v, again.v - motion.v, edge)
+    window, resting = _moving(motion, again.v - motion.v, edge)
     return Record(
         name=name,
         motion=motion,
@@ -266,18 +269,23 @@ def _free(run: Run, name: str) -> Record:
         bandwidth_hz=kinematics.bandwidth_hz,
         notes=resting,
         kind=run.excitation_kind,
+        floor_variance=1.0 + unsure,
         again=again,
     )
 
 
-def _noise_of(x: Floats, force: Floats, rate: float, bandwidth_hz: float, steady: bool) -> tuple[float, str]:
-    """Noise of the force of a record without periods, N, and where it was seen."""
+def _noise_of(x: Floats, force: Floats, rate: float, bandwidth_hz: float, steady: bool) -> tuple[float, float, str]:
+    """Noise of the force of a record without periods, N, how unsure it is, and where it was seen.
+
+    Unsure is the variance of an estimated σ² over that of one from as many samples of white noise.
+    """
     edge = _edge(rate, bandwidth_hz, force.size)
     inner = slice(edge, force.size - edge)
     sigma = from_cycles(force[inner], x[inner], rate) if steady else None
     if sigma is not None:
-        return sigma, "what is left beside the harmonics of the motion"
-    return high_frequency(force[inner]), "the highest frequencies that its filter lets through"
+        return sigma, 1.0, "what is left beside the harmonics of the motion"
+    sigma, share = high_frequency(force[inner])
+    return sigma, _MEDIAN_AND_MEAN / share, "the highest frequencies that its filter lets through"
 
 
 def _edge(rate: float, bandwidth_hz: float, samples: int) -> int:
@@ -285,18 +293,28 @@ def _edge(rate: float, bandwidth_hz: float, samples: int) -> int:
     return int(np.clip(rate / bandwidth_hz, 4, samples // 20))
 
 
-def _moving(v: Floats, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...]]:
+def _moving(motion: Motion, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...]]:
     """The compared samples: without the ends, and without rests, where friction can hold any force."""
-    n = v.size
+    v, n = motion.v, motion.v.size
+    first = _forgotten(motion.x, edge)
     still = np.abs(v) < max(_AT_REST * float(np.std(noise)), _STANDS * float(np.max(np.abs(v))))
     rests = binary_opening(still, np.ones(2 * edge + 1, dtype=bool))
     share = float(np.mean(rests))
     if not _SOME < share < 0.9:
-        return slice(edge, n - edge), ()
-    rests[:edge] = rests[n - edge :] = True
+        return slice(first, n - edge), ()
+    rests[:first] = rests[n - edge :] = True
     return np.flatnonzero(~rests), (
         f"{100 * share:.0f} % of it is at rest, where friction can hold any force: left out",
     )
+
+
+def _forgotten(x: Floats, edge: int) -> int:
+    """Samples at the start in which a machine may remember what it did before the record.
+
+    A hysteresis forgets over a path, here that of the whole travel, but no more than the largest edge is left out.
+    """
+    path = np.cumsum(np.abs(np.diff(x)))
+    return max(edge, min(int(np.searchsorted(path, np.ptp(x))), x.size // 20))
 
 
 def is_off(current: Floats) -> bool:
