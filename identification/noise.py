@@ -11,8 +11,8 @@ Floats = NDArray[np.float64]
 
 _TONE_RATIO = 25.0  # a bin this far above the median of its neighbours is a tone: by chance 3e-8 of bins are
 _TONE_NEIGHBOURS = 101
-_BANDS = 32  # of equal width, up to half the sample rate
-_QUARTER = _BANDS // 4
+_BANDS = 32  # at most, of equal width, up to half the sample rate
+_LEAST_LINES = 8  # in a band
 _LINE_MEDIANS = 6.0  # times the median: what is higher is a line; 1.6 % of noise is
 _KEPT = 0.934  # mean of the rest of an exponential over its whole mean: 1 − t/(eᵗ − 1), t = 6·ln 2
 _ALIKE = 4.0  # variance of the median of lines of noise through Hann's window, over its square, times their number
@@ -136,19 +136,20 @@ def high_frequency(signal: Floats) -> tuple[float, float]:
     window = np.hanning(signal.size)
     power = np.abs(np.fft.rfft((signal - signal.mean()) * window)) ** 2 / float(window @ window)
     bands = _let_through(power)
-    top = len(bands) - _QUARTER
+    top = len(bands) - max(len(bands) // 4, 1)
     level = float(np.median(np.concatenate(bands[top:])))
     apart = min(_APART * float(np.sqrt(_ALIKE / bands[0].size)), _MOST_APART)
     while top > 0 and float(np.median(bands[top - 1])) < (1.0 + apart) * level:
         top -= 1
     noise = np.concatenate(bands[top:])
-    kept = noise[noise < _LINE_MEDIANS * level]
+    kept = noise[noise <= _LINE_MEDIANS * level]
     return float(np.sqrt(np.mean(kept) / _KEPT)), noise.size / power.size
 
 
 def below_filter(power: Floats) -> Floats:
     """The highest quarter of a spectrum below the edge of the filter that its recorder had."""
-    return np.concatenate(_let_through(power)[-_QUARTER:])
+    bands = _let_through(power)
+    return np.concatenate(bands[-max(len(bands) // 4, 1) :])
 
 
 def _let_through(power: Floats) -> list[Floats]:
@@ -156,9 +157,9 @@ def _let_through(power: Floats) -> list[Floats]:
 
     Where a spectrum falls steeply towards half the sample rate, a filter before the sampling has taken the noise away.
     """
-    bands = np.array_split(power[1:-1], _BANDS)
+    bands = np.array_split(power[1:-1], max(min(_BANDS, power.size // _LEAST_LINES), 1))
     level = [float(np.median(band)) for band in bands]
-    last = _BANDS
-    while last > _BANDS // 2 and level[last - 2] > _FILTERED * level[last - 1]:
+    last = len(bands)
+    while last > len(bands) // 2 + 1 and level[last - 2] > _FILTERED * level[last - 1]:
         last -= 1
     return bands[:last]

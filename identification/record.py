@@ -11,12 +11,7 @@ from scipy.ndimage import binary_opening
 
 from excitation.kinds import Kind
 from identification.criteria import CHANCE
-from identification.derivatives import (
-    Kinematics,
-    band_of_drive,
-    low_pass_lines,
-    smooth_kinematics,
-)
+from identification.derivatives import Kinematics, band_of_drive, low_pass_lines
 from identification.errors import DataError
 from identification.models.inputs import (
     free_motion,
@@ -29,6 +24,7 @@ from identification.models.inputs import (
 from identification.models.motion import Motion
 from identification.noise import between_periods, from_cycles, high_frequency
 from identification.period import with_period_seen
+from identification.smoothing import smooth_kinematics
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -222,7 +218,7 @@ def _periodic(run: Run, name: str) -> Record:
         route = f"{settled.shape[0]} periods of {period} samples averaged, noise from their differences"
     else:
         sigma *= np.sqrt(share)
-        route = f"one settled period of {period} samples, noise from the upper quarter of the spectrum"
+        route = f"one settled period of {period} samples, noise from its highest frequencies"
     return Record(
         name=name,
         motion=motion,

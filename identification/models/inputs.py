@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import uniform_filter1d
 
-from identification.derivatives import Kinematics, periodic_kinematics, smooth_kinematics
+from identification.derivatives import Kinematics, periodic_kinematics
 from identification.errors import DataError
 from identification.models.motion import Motion
 from identification.period import SHORTEST, with_period_seen
+from identification.smoothing import smooth_kinematics
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
