@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 _WIDEST = 0.85  # of the Nyquist frequency: above it the transition of the filter would not fit
 _LEAST_NEIGHBOURS = 31  # lines whose quartile is a floor: known to a fifth
 _QUARTILE = 0.2877  # lower quartile of an exponential, of its mean: ln(4/3)
-_BETWEEN_LINES = 0.02  # of the velocity's power at most between lines; measured sines have < 0.01, random motion > 0.25
+_BETWEEN_LINES = 0.02  # of the velocity's power: where more lies between lines, a motion is not of lines
 _HIDDEN = 10.0  # times the noise: side lobes, more than chance
 _DEEP = 20.0  # of Kaiser's window: its side lobes, 155 dB below a line, hide no noise; Hann's lines are narrower
 _COLOURED = 3.0  # times white noise: a quartile of 31 lines of it is higher once in a million
@@ -87,7 +87,7 @@ def _bent(x: Floats, stretch: int) -> tuple[Floats, Floats, Floats]:
     """The line with the values of a signal at its ends, bent near these as its first and last `stretch` samples are.
 
     What is left has neither value nor curvature at its ends: continued oddly it is smooth to its third derivative, so
-    that its spectrum falls with the fifth power of frequency and the ends are as good as the rest.
+    that its spectrum falls with the fifth power of frequency and little is lost with the lines below the noise.
     """
     n = x.size
     bend, bend_at_end = _curvature(x[:stretch]), _curvature(x[: -stretch - 1 : -1])
