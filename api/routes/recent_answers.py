@@ -1,7 +1,8 @@
 """Status answers that many ask for at once are made once: each is given again for a tenth of a second.
 
 Whoever changes something through this process reads the change at once. What a worker process or another service writes
-is seen up to ``KEPT_S`` later, which is half of the interval at which workers tell their progress.
+is seen up to ``KEPT_S`` later, which is half of the interval at which workers tell their progress. Whoever has seen it
+in one answer sees it in all others: an answer that has changed ends the life of every older one.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ class RecentAnswers:
 
     def __init__(self, app: ASGIApp, clock: Callable[[], float] = time.monotonic) -> None:
         self.app, self._clock = app, clock
-        self._generation = 0  # rises with everything that this process changes
+        self._generation = 0  # rises with everything that this process changes, or finds changed
         self._recent: dict[tuple[str, bytes, str], _Recent] = {}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -80,7 +81,7 @@ class RecentAnswers:
 
     async def _make(self, key: tuple[str, bytes, str], scope: Scope, receive: Receive, send: Send) -> None:
         one = _Recent(self._generation)
-        self._recent.pop(key, None)
+        former = self._recent.pop(key, None)
         while len(self._recent) >= _MOST_KEPT:
             del self._recent[next(iter(self._recent))]
         self._recent[key] = one
@@ -96,6 +97,9 @@ class RecentAnswers:
                     self._give_up(key, one)  # nobody waits for a file
                 elif message["type"] == "http.response.body" and not message.get("more_body", False):
                     one.messages, one.until_s = tuple(seen), self._clock() + KEPT_S
+                    if one.generation == self._generation and (former is None or _body(former) != _body(one)):
+                        self._generation += 1
+                        one.generation = self._generation
                     one.made.set()  # before it is sent: nobody waits for a slow reader
             await send(message)
 
@@ -109,6 +113,10 @@ class RecentAnswers:
         one.made.set()
         if self._recent.get(key) is one:
             del self._recent[key]
+
+
+def _body(one: _Recent) -> bytes:
+    return b"".join(message.get("body", b"") for message in one.messages)
 
 
 def _may_be_kept(start: Message) -> bool:

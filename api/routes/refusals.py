@@ -65,7 +65,8 @@ async def _ours(request: Request, error: Exception) -> Response:
 
 
 async def _fault(request: Request, error: Exception) -> Response:
-    return problem(500, _NOT_SAID[500], request.scope)  # the server logs the error with its stack
+    # the server logs the error with its stack and closes the connection: a client must not send the next request there
+    return problem(500, _NOT_SAID[500], request.scope, headers={"Connection": "close"})
 
 
 async def _http(request: Request, error: Exception) -> Response:

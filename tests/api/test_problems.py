@@ -191,6 +191,7 @@ def test_a_fault_of_the_program_is_a_problem_without_its_stack(app: FastAPI, cli
         object.__setattr__(app.state.service, "campaigns", store)
     assert "ZeroDivisionError" not in response.text
     assert problem(response, 500)["detail"] == "the service could not do this: its log says why"
+    assert response.headers["connection"] == "close"  # it is: who sent the next request on it had no answer
 
 
 def test_openapi_describes_problems_for_every_route(client: httpx.Client) -> None:

@@ -29,7 +29,17 @@ class Served:
         self.clock = Clock()
         self.go_on = asyncio.Event()
         self.go_on.set()
+        self.state = "running"
         app = FastAPI()
+
+        @app.get("/v1/rigs")
+        async def rigs() -> str:
+            return self.state
+
+        @app.get("/v1/campaigns/one")
+        async def one() -> str:
+            self.reads += 1
+            return self.state
 
         @app.get("/v1/campaigns")
         async def read() -> dict[str, int]:
@@ -70,6 +80,32 @@ def test_an_answer_is_given_again_for_a_moment_and_then_made_anew() -> None:
         one.clock.now_s += KEPT_S
         assert await one.read() == {"read": 2}
         assert await one.read("/v1/campaigns?limit=1") == {"read": 3}  # another question
+
+    served(steps)
+
+
+def test_who_has_read_a_change_in_one_answer_reads_it_in_all() -> None:
+    async def steps(one: Served) -> None:
+        assert [await one.read("/v1/campaigns/one"), await one.read("/v1/rigs")] == ["running"] * 2
+        one.clock.now_s += KEPT_S / 2
+        one.state = "failed"  # by a worker
+        assert await one.read("/v1/rigs") == "running"
+        one.clock.now_s += KEPT_S / 2
+        assert await one.read("/v1/rigs?once=more") == "failed"
+        assert [await one.read("/v1/campaigns/one"), await one.read("/v1/rigs")] == ["failed"] * 2
+
+    served(steps)
+
+
+def test_what_has_not_changed_is_not_read_more_often() -> None:
+    async def steps(one: Served) -> None:
+        for _ in range(3):
+            assert [await one.read("/v1/campaigns/one"), await one.read("/v1/rigs")] == ["running"] * 2
+        assert one.reads == 2  # the first answer to another question may say something new
+        one.clock.now_s += KEPT_S
+        for _ in range(3):
+            assert [await one.read("/v1/campaigns/one"), await one.read("/v1/rigs")] == ["running"] * 2
+        assert one.reads == 3
 
     served(steps)
 

@@ -219,7 +219,8 @@ def test_nothing_is_kept_of_what_floods_in_while_an_answer_is_owed(port: int) ->
         _, peak = tracemalloc.get_traced_memory()
         tracemalloc.stop()
         GO_ON.set()
-        while piece := peer.recv(2**16):
-            got += piece
+        with suppress(ConnectionResetError):  # the service closes on what it has not read
+            while piece := peer.recv(2**16):
+                got += piece
     assert peak < 20 * LONGEST_HEAD
     assert got.startswith(b"HTTP/1.1 200")
