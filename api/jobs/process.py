@@ -14,8 +14,8 @@ from threading import Thread
 from types import TracebackType
 from typing import Any, Self
 
-from api.errors import InputError, ProcessError
-from api.processes.limits import computer_memory
+from api.errors import Busy, InputError, ProcessError
+from api.processes.limits import computer_memory, was_at_work
 from identification.errors import DataError
 
 __all__ = ["Answer", "JobProcess", "check_in_process"]
@@ -23,7 +23,8 @@ __all__ = ["Answer", "JobProcess", "check_in_process"]
 # Of the computer's memory. The other half is for the service and the workers (0.3 GB each), the database, and the files
 # of runs that the system keeps in memory. A job that takes all of it makes a rig's worker wait for the disk.
 MEMORY_SHARE = 0.5
-_CHECK_S = 120.0
+CHECK_S = 120.0
+LATE_S = 30  # until a job may be sent again whose check was late: what keeps the computer busy goes on
 _KILLED = -9  # SIGKILL
 _END_S = 5.0
 
@@ -105,6 +106,10 @@ class JobProcess:
         self._reader.join(_END_S)
         return True
 
+    def late(self, given_s: float) -> bool:
+        """End it, which has not ended after ``given_s``; whether it was at work in that time."""
+        return was_at_work(self._process, given_s)
+
     def answer(self) -> Answer:
         """The result of the process; call it after the process has ended."""
         match self._last:
@@ -137,12 +142,25 @@ class JobProcess:
 
 
 def check_in_process(
-    kind: str, request: Mapping[str, Any], runs: Sequence[Path], held_out: Sequence[Path], *, memory_bytes: int = 0
+    kind: str,
+    request: Mapping[str, Any],
+    runs: Sequence[Path],
+    held_out: Sequence[Path],
+    *,
+    memory_bytes: int = 0,
+    within_s: float = CHECK_S,
 ) -> None:
-    """Raise DataError, in the words of the command line, where a job of this kind would be refused. Any: JSON."""
+    """Raise DataError, in the words of the command line, where a job of this kind would be refused. Any: JSON.
+
+    Raises InputError where the check takes longer than ``within_s`` because of the input, Busy where the computer has
+    too much else to do.
+    """
     with JobProcess(kind, request, runs, held_out, folder=None, memory_bytes=memory_bytes) as process:
-        if not process.ended(_CHECK_S):
-            raise InputError(f"{len(runs) + len(held_out)} runs: not read within {_CHECK_S:g} s: give fewer")
+        if not process.ended(within_s):
+            late = f"{len(runs) + len(held_out)} runs: not read within {within_s:g} s"
+            if process.late(within_s):
+                raise InputError(f"{late}: give fewer")
+            raise Busy(f"{late}, the computer has too much else to do: send it again", retry_after_s=LATE_S)
         answer = process.answer()
     if answer.failure:
         raise DataError(answer.failure) if answer.refused else ProcessError(answer.failure)

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import os
+import subprocess
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-__all__ = ["DATA_DIES_FIRST", "JOB_DIES_FIRST", "computer_memory", "die_first", "limit"]
+__all__ = ["DATA_DIES_FIRST", "JOB_DIES_FIRST", "computer_memory", "die_first", "limit", "was_at_work"]
+
+# Of the time that a process had. Without other load one that only reads and computes takes nearly all of it, one of the
+# lowest priority on a computer that is full a tenth. Half of it: a slow disk is blamed on the file; double: so is load.
+AT_WORK_SHARE: Final = 0.5
 
 # Of 1000. The reader of a file from elsewhere before a job, a job before the service and the workers of the rigs (0).
 DATA_DIES_FIRST: Final = 1000
@@ -33,6 +38,19 @@ def limit(name: str, value: int) -> None:
     hard = resource.getrlimit(number)[1]
     most = value if hard == resource.RLIM_INFINITY else min(value, hard)
     resource.setrlimit(number, (most, most))
+
+
+def was_at_work(process: subprocess.Popen[bytes], given_s: float) -> bool:
+    """Kill a process after ``given_s``; whether it was at work in that time, rather than waiting for its turn.
+
+    True also where the system does not tell (Windows).
+    """
+    process.kill()
+    if not hasattr(os, "wait4") or process.returncode is not None:
+        return True
+    _, status, used = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    return used.ru_utime + used.ru_stime >= AT_WORK_SHARE * given_s
 
 
 def computer_memory() -> int | None:

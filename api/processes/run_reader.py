@@ -17,6 +17,7 @@ from threading import Lock, Thread
 from typing import Any, Final
 
 from api.errors import Busy, ProcessError
+from api.processes.limits import was_at_work
 from api.processes.plan_content import MOST_PLAN_BYTES
 from excitation.errors import ExcitationFileError
 from rigctl.errors import RunFileError
@@ -27,6 +28,7 @@ __all__ = ["PlanContent", "RunReader", "RunSummary"]
 AT_ONCE: Final = 2  # each may take 1.3 GB for a moment
 WAITING: Final = 8  # a run of 10 MB takes 0.1 s: the last of these waits for a second
 RETRY_AFTER_S: Final = 5
+LATE_S: Final = 30  # until a file may be sent again that was not read in time: what keeps the computer busy goes on
 DEADLINE_S: Final = 60.0  # twice its CPU time: it has a lower priority than rig control
 ANSWER_BYTES: Final = 8192  # beside the tests of a plan
 
@@ -75,7 +77,8 @@ class RunReader:
     async def read(self, path: Path, name: str) -> RunSummary:
         """What is in the run file; ``name`` stands in messages.
 
-        Raises RunFileError where it is refused, or where reading it ended the process; Busy where too many wait.
+        Raises RunFileError where it is refused, or where reading it ended the process; Busy where too many wait, or
+        where the computer has so much else to do that it was not read in time.
         """
         found = await self._turn(path, name, "run", RunFileError, ANSWER_BYTES)
         values: dict[str, Any] = {key: found.get(key) for key in RunSummary.__slots__}  # Any: checked there
@@ -153,9 +156,12 @@ def _ask(
         return {}, ""  # it has ended
     reader.join(within_s)
     if reader.is_alive():
-        process.kill()
+        at_work = was_at_work(process, within_s)
         reader.join()
-        return {}, f"it was not read within {within_s:g} s"
+        late = f"it was not read within {within_s:g} s"
+        if at_work:
+            return {}, late
+        raise Busy(f"{task['name']}: {late}, the computer has too much else to do: send it again", retry_after_s=LATE_S)
     try:
         answer = json.loads(said[0]) if len(said[0]) <= most else {}
     except (ValueError, RecursionError):

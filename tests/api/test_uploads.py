@@ -9,14 +9,17 @@ import signal
 import socket
 import time
 from collections.abc import AsyncIterator, Iterator
+from contextlib import suppress
 from pathlib import Path
+from threading import Event, Thread
 from urllib.parse import urlsplit
 
 import httpx
 import pytest
 
 from api.app import create_app
-from api.errors import Busy, DiskFull, TooSlow
+from api.errors import Busy, DiskFull, InputError, TooSlow
+from api.jobs.process import check_in_process
 from api.processes.child import Child
 from api.processes.run_reader import RunReader
 from api.settings import Settings
@@ -193,6 +196,53 @@ def test_a_file_that_is_not_read_in_time_is_refused(good: Path) -> None:
         asyncio.run(RunReader(deadline_s=0.0).read(good, "front.h5"))
 
 
+def test_a_file_that_waited_for_the_processor_may_come_again(good: Path) -> None:
+    with pytest.raises(Busy, match=r"front\.h5: it was not read within 3 s, the computer") as late, Stopped("read_run"):
+        asyncio.run(RunReader(deadline_s=3.0).read(good, "front.h5"))
+    assert late.value.retry_after_s > 0
+
+
+def test_a_job_whose_check_waited_for_the_processor_may_come_again_and_a_slow_one_is_refused(good: Path) -> None:
+    task = ("characterise", {"kind": "characterise"}, [good], [])
+    with pytest.raises(Busy, match="1 runs: not read within 3 s, the computer") as late, Stopped("api.jobs"):
+        check_in_process(*task, within_s=3.0)
+    assert late.value.retry_after_s > 0
+    with pytest.raises(InputError, match="1 runs: not read within 0 s: give fewer"):
+        check_in_process(*task, within_s=0.0)
+
+
+class Stopped:
+    """Stops every process of a module that this process starts, as a computer does that has no time for them."""
+
+    def __init__(self, module: str) -> None:
+        self._module, self._before, self._end = module.encode(), children(module.encode()), Event()
+        self._thread = Thread(target=self._stop)
+
+    def __enter__(self) -> None:
+        self._thread.start()
+
+    def __exit__(self, *error: object) -> None:
+        self._end.set()
+        self._thread.join()
+
+    def _stop(self) -> None:
+        while not self._end.wait(0.005):
+            for pid in children(self._module) - self._before:
+                os.kill(pid, signal.SIGSTOP)
+
+
+def children(module: bytes) -> set[int]:
+    """The processes of a module that this process has started, and has not waited for."""
+    found = set()
+    for task in Path("/proc/self/task").iterdir():
+        with suppress(OSError):
+            for pid in map(int, (task / "children").read_text().split()):
+                with suppress(OSError):
+                    if module in Path(f"/proc/{pid}/cmdline").read_bytes():
+                        found.add(pid)
+    return found
+
+
 def test_beyond_its_queue_the_reader_says_when_to_come_again(good: Path) -> None:
     async def three() -> list[object]:
         reader = RunReader(at_once=1, waiting=1)
@@ -221,11 +271,8 @@ def test_a_crash_of_the_reading_process_is_a_refusal(good: Path) -> None:
 
 
 def reading_process() -> int:
-    children = Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children").read_text().split()
-    for task in Path(f"/proc/{os.getpid()}/task").iterdir():
-        children += (task / "children").read_text().split()
     """The one that was started last: services of other tests have spare ones too."""
-    return max(int(pid) for pid in children if b"read_run_file" in Path(f"/proc/{pid}/cmdline").read_bytes())
+    return max(children(b"read_run_file"))
 
 
 def test_a_body_that_does_not_come_is_given_up(database: Database, good: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,7 @@
 // Schedule a campaign: fill in tests or take a plan file; every change is drawn and checked before it is submitted.
 
 import { at, make, set, show } from "./dom.js";
-import { store } from "./feed.js";
+import { put, store } from "./feed.js";
 import { chart, colour } from "./charts.js";
 import { chooseCampaign, chosenRig } from "./choice.js";
 import { act, oneAtATime } from "./orders.js";
@@ -129,7 +129,7 @@ const draw = oneAtATime(async () => {
     return; // the check says what is wrong
   }
   if (card !== drawn) return;
-  const line = (x, y) => [{ x, y, mode: "lines", line: { width: 1.5, color: colour(0) }, name: motion.name }];
+  const line = (x, y) => [{ x, y, mode: "lines", line: { width: 1.5, color: colour(0), simplify: false }, name: motion.name }];
   const mm = motion.displacement_m.map((value) => value * 1e3);
   const words = `${motion.name}: ${seconds(motion.duration_s)}`;
   chart(at("draw-time"), { title: `${motion.name}: displacement`, x: "Time (s)", y: "Displacement (mm)", kept: card, words,
@@ -184,7 +184,7 @@ async function submit(event) {
   }, (text) => { if (text) { say(text); set(at("checked"), ""); } }, (made) => {
     if (!made) return;
     set(at("checked"), `${made.name} was accepted.`);
-    if (!store.campaigns.some((one) => one.id === made.id)) store.campaigns = [made, ...store.campaigns];
+    put(made);
     chooseCampaign(made);
     location.hash = "#live";
   });
