@@ -7,7 +7,7 @@ from typing import Protocol
 
 from rigctl.axis import UNPOWERED, Axis, latched
 from rigctl.clock import Clock, SystemClock
-from rigctl.device import describe
+from rigctl.device import RigState, describe
 from rigctl.errors import RigError, StopFailed, TransportError
 from rigctl.transport import Capability, Identity, Status, Transport
 
@@ -16,6 +16,16 @@ __all__ = ["Person", "ask_to_start", "in_words", "latched", "look", "reset", "st
 CALL_S = 0.25
 REST_S = 5.0  # a stop from full speed takes 1.4 s at most; a rig whose clock waits for its host moves on with each look
 POLL_S = 0.02
+
+_STATES = {
+    RigState.INIT: "starting",
+    RigState.DISABLED: "without power",
+    RigState.HOLD: "under power",
+    RigState.ACTIVE: "under power, follows set-points",
+    RigState.FAULT_DISABLED: "without power after a fault",
+    RigState.FAULT_HOLD: "under power after a fault",
+    RigState.FAULT_REACTION: "decelerates after a fault",
+}
 
 
 class Person(Protocol):
@@ -112,4 +122,4 @@ def in_words(status: Status) -> str:
     faults = describe(status.faults, status.detector)
     master = "commanded by a host" if status.session else "commanded by nobody"
     rest = "" if status.arrived else ", moving"
-    return f"{status.state.name}{rest}, {master}{', latched: ' + faults if faults else ''}"
+    return f"{_STATES[status.state]} ({status.state.name}){rest}, {master}{', latched: ' + faults if faults else ''}"

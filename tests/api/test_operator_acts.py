@@ -24,7 +24,7 @@ from rigctl.address import connect
 from rigctl.device import Control, Fault, RigState
 from rigctl.errors import Declined, NeedsReset
 from rigctl.limits import Configuration
-from rigctl.operator_acts import reset
+from rigctl.operator_acts import in_words, reset
 from rigctl.rig_check import check_at_rest
 from rigctl.transport import Capability, Identity, Transport
 from sim_rig.direct import DirectTransport
@@ -164,3 +164,10 @@ def test_a_check_of_a_rig_resets_its_own_watchdogs_fault_and_no_other() -> None:
         protocol = check_at_rest(wire, another, clock)
         _in_motion(wire, clock, protocol, another, yes=True)
         assert clock.rig.controller.faults is faults
+
+
+def test_every_state_of_a_rig_has_its_words_beside_its_name() -> None:
+    status = a_rig(SimulatedRig, Clock())[0].status()
+    said = {state: in_words(replace(status, state=state)) for state in RigState}
+    assert said[RigState.DISABLED] == "without power (DISABLED), commanded by nobody"
+    assert all(f" ({state.name})" in words for state, words in said.items())
