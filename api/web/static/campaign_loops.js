@@ -60,10 +60,13 @@ export async function fetchLoops(campaign, then) {
 
 export function drawLoops() {
   const campaign = chosen();
-  if (at("one").hidden || !campaign || !at("live-view").offsetParent) return; // a plot drawn while hidden would get a size of its own
+  if (!campaign) return;
   const shown = [...loops.values()].filter((loop) => !hidden.has(loop.test));
   const isLive = !live.empty && live.campaign === campaign.id && !hidden.has(live.test);
-  show(at("no-loops"), !isLive && shown.length === 0);
+  const some = isLive || shown.length > 0;
+  show(at("no-loops"), !some);
+  show(at("loops"), some);
+  if (!some) return;
   const peak = Math.max(1, ...shown.map((loop) => peakOf(loop.force_n)), isLive ? peakOf(live.f) : 0);
   const [scale, unit] = forceScale(peak);
   const words = (what) => `Force over ${what}: ${shown.length} captured ${shown.length === 1 ? "run" : "runs"}` +
