@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -133,7 +132,7 @@ async def create_from_file(
                 design = NewDesign(name=title, tests=found.tests, warm_up=found.warm_up)
                 return _store(service, creation, design, design.plan(found.make), keep=found.keep)
 
-            return await asyncio.to_thread(stored)
+            return await run_in_threadpool(stored)  # minutes, where many tests are designed
     except ClientDisconnect as error:
         raise TooSlow(f"{file}: the connection ended before the file: send it again") from error
 

@@ -54,7 +54,7 @@ class Receiving:
         total = uploaded_bytes(connection)
         if total + more > self._most_total:
             raise DiskFull(
-                f"the uploaded runs take {total / 1e9:.3g} of {self._most_total / 1e9:.3g} GB: remove some, or set "
+                f"uploads take {total / 1e9:.3g} of {self._most_total / 1e9:.3g} GB: remove some, or set "
                 "most_upload_bytes_total"
             )
 

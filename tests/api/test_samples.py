@@ -31,6 +31,7 @@ from api.store.restore import restore
 from api.store.runs import RunStore
 from excitation import Excitation, Test, TestPlan, plan_from_config, read_excitation, write_excitation, write_plan
 from excitation.errors import DesignError
+from excitation.files import READABLE
 from excitation.hdf5 import hdf5_bytes
 from excitation.kinds import Kind
 from rigctl.runfile import Run, read_run
@@ -155,6 +156,23 @@ def test_a_plan_has_samples_and_designs_and_a_warm_up_of_samples(
     assert client.get(copied.headers["location"]).json()["configurations"] == found["configurations"]
 
 
+@pytest.mark.parametrize("ending", READABLE)
+def test_every_file_that_the_command_line_plays_is_taken(
+    ending: str, client: httpx.Client, data: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / f"drive{ending}"
+    write_excitation(file, drive(0.4))
+    [config] = stored(client, file)["configurations"]
+    wanted, found = read_excitation(file), read_excitation(stored_file(data, config))
+    assert (config["name"], found.sample_rate_hz, found.kind) == ("drive", wanted.sample_rate_hz, wanted.kind)
+    np.testing.assert_array_equal(found.displacement_m, wanted.displacement_m)
+    np.testing.assert_array_equal(np.asarray(found.current_a), np.asarray(wanted.current_a))
+
+
+def stored_file(data: Path, config: dict[str, Any]) -> Path:
+    return next(one for one in (data / "runs" / "samples").rglob("*.h5") if digest_of(one) == config["sha256"])
+
+
 def test_the_stored_file_is_an_excitation_file_with_this_sha256_and_is_there_once(
     client: httpx.Client, data: Path, file: Path
 ) -> None:
@@ -162,8 +180,7 @@ def test_the_stored_file_is_an_excitation_file_with_this_sha256_and_is_there_onc
     before = files_below(data / "runs")
     assert stored(client, file)["configurations"] == [config]
     assert files_below(data / "runs") == before
-    [kept] = [one for one in before if digest_of(data / "runs" / one) == config["sha256"]]
-    found, wanted = read_excitation(data / "runs" / kept), drive()
+    found, wanted = read_excitation(stored_file(data, config)), drive()
     assert (found.design, found.figures, found.kind) == (wanted.design, wanted.figures, wanted.kind)
     np.testing.assert_array_equal(found.displacement_m, wanted.displacement_m)
 
@@ -328,7 +345,7 @@ def test_samples_that_are_missing_or_changed_are_not_played_and_come_again_with_
         paused = client.post(f"/v1/rigs/{rig_of(base, rig)['id']}/pause", json={"reason": "for the test"})
         assert paused.status_code == 200, paused.text
         accepted = client.post("/v1/campaigns", json=body).json()["id"]
-        kept = next(p for p in (lab / "data" / "runs" / "samples").rglob("*.h5") if digest_of(p) == config["sha256"])
+        kept = stored_file(lab / "data", config)
         if harm == "missing":
             kept.unlink()
         else:
