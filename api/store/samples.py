@@ -81,13 +81,15 @@ class SampleStore:
         Raises TooLarge, TooSlow, DiskFull, Busy, InputError where the body is empty, and ExcitationFileError with the
         message of the reader.
         """
-        with self._receiving.turn(name, length), storage_errors():
+        with storage_errors():
             await asyncio.to_thread(self._receiving.space.check, length)
             folder = self._root / _FOLDER / uuid4().hex
             mark = await asyncio.to_thread(PartMark, folder)
             try:
-                digest, found = await self._read(folder / "upload", name, content)
-                yield await asyncio.to_thread(self._written, folder, name, digest, found)
+                with self._receiving.turn(name, length):
+                    digest, found = await self._read(folder / "upload", name, content)
+                    written = await asyncio.to_thread(self._written, folder, name, digest, found)
+                yield written
             finally:
                 await asyncio.to_thread(self._end, folder, mark)
 
