@@ -7,6 +7,7 @@ import os
 import socket
 import time
 from collections.abc import AsyncIterator, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -463,6 +464,20 @@ def test_both_databases_keep_samples_once_until_nothing_names_them(
         runs.samples.excitation(config["sha256"])
     assert keep(runs, database, drive(), "one") == config
     assert campaigns.retry(made.id).tests[0].config == config
+
+
+def test_samples_that_a_campaign_is_just_naming_are_not_removed(runs: RunStore, database: Database) -> None:
+    config = keep(runs, database, drive(), "one")
+    new = NewCampaign(name="c", rig="modbus://127.0.0.1:5020", specimen="d", tests=[config])
+    plan = new.planned(runs.samples.excitations())
+    DesignStore(database).delete("one")
+    with ThreadPoolExecutor(1) as pool:
+        with database.together():
+            CampaignStore(database).create(new, plan=plan)
+            removing = pool.submit(runs.samples.remove_unused)
+            assert not wait([removing], 0.5).done
+        removing.result()
+    assert runs.samples.excitation(config["sha256"]).samples == 600
 
 
 def test_samples_whose_file_is_gone_are_stored_again(runs: RunStore, database: Database, tmp_path: Path) -> None:
