@@ -1,4 +1,4 @@
-"""Motion from a measured displacement: exact derivatives for periodic runs, of stated bandwidth for others."""
+"""Motion from a displacement that repeats: exact derivatives of its mean period; and the bands of periodic signals."""
 
 from __future__ import annotations
 
@@ -13,14 +13,10 @@ Floats = NDArray[np.float64]
 _LINE_SIGMA = 3.5  # a displacement line is kept when it is this far above its noise: by chance 5e-6 of lines are
 _STAIRS = 8.0  # times the rounding's mean line: for a simple motion the rounding is concentrated on few lines
 _FEW = 0.5  # distinct values for each sample: fewer show the steps of a converter
-_WIDEST = 0.85  # of the Nyquist frequency: above it the transition of the filter would not fit
-_CUTS = 0.8  # of the variance left: a narrower band must explain the force this much better
-_MEDIAN_ODD = 0.4549  # median of χ² with one degree of freedom: the lines of an odd record have no real part
 _ROUNDED = 1e-9  # of the highest line: rounding, not a line
 _NOT_CHANCE = 8  # lines: noise alone gives as many once in two hundred thousand
 _BEYOND = 4.0  # times the noise there: what a linear machine would show beyond the last line of the force
 _MATERIAL = 1e-3  # of the force
-_FLOOR_RATIO = 2.6  # the band of a free record ends where its spectrum meets this multiple of the floor
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +48,7 @@ def periodic_kinematics(periods: Floats, sample_rate_hz: float) -> Kinematics:
     n = periods.shape[1]
     spectra = np.fft.rfft(periods, axis=1)
     mean = spectra.mean(axis=0)
-    rounding = n * _rounding(periods)
+    rounding = n * rounding_of(periods)
     variance, stray = _line_noise(spectra, rounding)
     # The last digits of a number are noise that does not differ between periods.
     step = np.finfo(np.float64).eps * np.max(np.abs(periods), initial=0.0) * np.sqrt(n)
@@ -79,98 +75,30 @@ def _line_noise(spectra: NDArray[np.complex128], rounding: float) -> tuple[Float
     if count == 1:
         floor = float(np.median(np.abs(mean[3 * lines // 4 :]) ** 2) / np.log(2.0))
         variance = np.full(lines, max(floor, rounding))
-        return variance, _draw(variance[None, :])
+        return variance, draw(variance[None, :])
     stray = spectra - mean
     single = np.sum(np.abs(stray) ** 2, axis=0) / (count - 1)
     single[0] = single[min(1, lines - 1)]  # a drifting mean says nothing about the lines beside it
     variance = np.maximum(uniform_filter1d(single, min(17, lines), mode="nearest"), 0.0) / count
     if float(np.mean(single)) < rounding:
         variance = variance + rounding
-        stray = stray + _draw(np.full((count, lines), rounding * count))
+        stray = stray + draw(np.full((count, lines), rounding * count))
     return variance, stray
 
 
-def _rounding(x: Floats) -> float:
+def rounding_of(x: Floats) -> float:
     """Variance of the rounding of a channel, q²/12, where it takes few distinct values; 0 where it takes many."""
     steps = np.unique(x)
     return float(np.median(np.diff(steps))) ** 2 / 12.0 if 1 < steps.size < _FEW * x.size else 0.0
 
 
-def _draw(variance: Floats) -> NDArray[np.complex128]:
+def draw(variance: Floats) -> NDArray[np.complex128]:
     """Spectra of noise with the given power per line, shaped like it; always the same ones."""
     rng = np.random.default_rng(0)
     drawn: NDArray[np.complex128] = np.sqrt(0.5 * variance) * (
         rng.standard_normal(variance.shape) + 1j * rng.standard_normal(variance.shape)
     )
     return drawn
-
-
-def smooth_kinematics(x: Floats, sample_rate_hz: float, bandwidth_hz: float | None = None) -> Kinematics:
-    """Motion from a record without a period, through a zero-phase low-pass of stated bandwidth.
-
-    The band ends where the spectrum of the (oddly extended) record falls to its noise floor, or where it is told to;
-    from there to one and a half times that frequency a raised cosine closes it. Good from some cycles of the band's end
-    after the start.
-
-    Parameters
-    ----------
-    x : (N,) float64, m
-    """
-    n = x.size
-    line, spectrum, freq = _odd_spectrum(x, sample_rate_hz)
-    power = np.abs(spectrum) ** 2
-    floor = max(float(np.median(power[2 * power.size // 3 :]) / _MEDIAN_ODD), power.size * 2.0 * _rounding(x))
-    edge = _band_edge(power, freq, floor) if bandwidth_hz is None else bandwidth_hz
-    gain, omega = _gain(freq, edge), 2.0 * np.pi * freq
-
-    def derivative(signal: NDArray[np.complex128], k: int) -> Floats:
-        return np.fft.irfft(gain * signal * (1j * omega) ** k, 2 * n - 2)[:n]
-
-    motion = [derivative(spectrum, k) for k in range(3)]
-    drawn = _draw(np.full(freq.size, floor))
-    dx, dv, da = (derivative(drawn, k)[None, :] for k in range(3))
-    slope = (x[-1] - x[0]) / (n - 1) * sample_rate_hz
-    return Kinematics(motion[0] + line, motion[1] + slope, motion[2], edge, (dx, dv, da))
-
-
-def low_pass(signal: Floats, sample_rate_hz: float, bandwidth_hz: float) -> Floats:
-    """The signal, (N,) or (N, K), through the filter that the motion of a record without a period went through."""
-    line, spectrum, freq = _odd_spectrum(signal, sample_rate_hz)
-    gain = _gain(freq, bandwidth_hz).reshape(-1, *(1,) * (signal.ndim - 1))
-    out: Floats = np.fft.irfft(gain * spectrum, 2 * len(signal) - 2, axis=0)[: len(signal)] + line
-    return out
-
-
-def _odd_spectrum(signal: Floats, sample_rate_hz: float) -> tuple[Floats, NDArray[np.complex128], Floats]:
-    """The line between the ends, and the spectrum of the rest, odd about both ends: no step, no corner in value."""
-    line: Floats = np.linspace(signal[0], signal[-1], len(signal), dtype=np.float64)
-    rest = signal - line
-    extended = np.concatenate([rest, -rest[-2:0:-1]])
-    freq: Floats = np.fft.rfftfreq(len(extended), 1.0 / sample_rate_hz).astype(np.float64)
-    return line, np.fft.rfft(extended, axis=0), freq
-
-
-def _gain(freq: Floats, edge: float) -> Floats:
-    roll = np.clip((freq - edge) / min(0.5 * edge, freq[-1] - edge), 0.0, 1.0)
-    gain: Floats = 0.5 * (1.0 + np.cos(np.pi * roll))
-    return gain
-
-
-def band_of_force(x: Floats, force: Floats, sample_rate_hz: float) -> float | None:
-    """The band, Hz, in which the motion explains the force best, where a narrower one than the spectrum's does so.
-
-    Differentiation makes noise of a coarse displacement: where the force knows nothing of it, the band ends earlier.
-    None where all that stands above the floor of the spectrum serves.
-    """
-    widest = smooth_kinematics(x, sample_rate_hz)
-    lowest = 8.0 * sample_rate_hz / x.size
-    if widest.bandwidth_hz <= lowest:
-        return None
-    whole = _unexplained(widest, force)
-    edges = np.geomspace(lowest, widest.bandwidth_hz, 16)[:-1]
-    left = [_unexplained(smooth_kinematics(x, sample_rate_hz, float(e)), force) for e in edges]
-    best = int(np.argmin(left))
-    return float(edges[best]) if left[best] < _CUTS * whole else None
 
 
 def band_of_drive(motion: Kinematics, force: Floats, sample_rate_hz: float) -> float | None:
@@ -209,23 +137,3 @@ def low_pass_lines(signal: Floats, sample_rate_hz: float, bandwidth_hz: float) -
     spectrum = np.fft.rfft(signal, axis=0)
     spectrum[np.fft.rfftfreq(len(signal), 1.0 / sample_rate_hz) > bandwidth_hz * (1.0 + 1e-9)] = 0.0
     return np.asarray(np.fft.irfft(spectrum, len(signal), axis=0))
-
-
-def _unexplained(motion: Kinematics, force: Floats) -> float:
-    """Variance of a force, N², beside the simplest functions of a motion, ends and rests left out; ∞ of too little."""
-    x, v, a = (s / max(float(np.std(s)), 1e-300) for s in (motion.x, motion.v, motion.a))
-    columns = np.column_stack([np.ones(x.size), x, x**3, v, v * np.abs(v), np.tanh(5.0 * v), a])
-    inner = np.abs(v) > 0.1  # moving samples only: at rest friction can hold any force
-    inner[: x.size // 20] = inner[-(x.size // 20) :] = False
-    if np.sum(inner) <= columns.shape[1]:
-        return np.inf
-    rest = force[inner] - columns[inner] @ np.linalg.lstsq(columns[inner], force[inner], rcond=None)[0]
-    return float(np.mean(rest**2))
-
-
-def _band_edge(power: NDArray[np.floating], freq: NDArray[np.floating], floor: float) -> float:
-    width = max(3, power.size // 200)
-    smooth = uniform_filter1d(power, width, mode="nearest")
-    above = np.flatnonzero(smooth > _FLOOR_RATIO * max(floor, 1e-24 * float(np.max(power))))
-    last = int(above[-1]) if above.size else 1
-    return float(np.clip(freq[last], 4.0 * freq[1], _WIDEST * freq[-1]))

@@ -5,11 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
+from scipy.optimize import minimize_scalar
 
 Floats = NDArray[np.float64]
 
 _TONE_RATIO = 25.0  # a bin this far above the median of its neighbours is a tone: by chance 3e-8 of bins are
 _TONE_NEIGHBOURS = 101
+_BANDS = 32  # at most, of equal width, up to half the sample rate
+_LEAST_LINES = 8  # in a band
+_LINE_MEDIANS = 6.0  # times the median: what is higher is a line; 1.6 % of noise is
+_KEPT = 0.934  # mean of the rest of an exponential over its whole mean: 1 − t/(eᵗ − 1), t = 6·ln 2
+_ALIKE = 4.0  # variance of the median of lines of noise through Hann's window, over its square, times their number
+_APART = 3.0  # standard deviations of such a median: a band that is higher holds more than noise
+_MOST_APART = 0.25
+_FILTERED = 1.6  # from one band to the next: what a motion makes falls by f⁻⁴ at most, 1.14 there; a filter by more
 
 
 def between_periods(periods: Floats) -> tuple[float, list[float]]:
@@ -86,7 +95,7 @@ def from_cycles(force: Floats, displacement: Floats, sample_rate_hz: float) -> f
         return None
     count = int(min(40, 0.45 * sample_rate_hz / f0, n / 8))
     basis = _harmonics(t, f0, count)
-    rest = force - basis @ np.linalg.lstsq(basis, force, rcond=None)[0]
+    rest = force - basis @ _solved(basis, force)
     return float(np.sqrt(np.sum(rest**2) / max(n - basis.shape[1], 1)))
 
 
@@ -99,18 +108,18 @@ def _fundamental(x: Floats, sample_rate_hz: float) -> float | None:
     if k < 2:
         return None
     t = np.arange(n) / sample_rate_hz
-    best, share = 0.0, np.inf
-    span = 1.0
-    centre = float(k)
-    for _ in range(4):
-        for q in np.linspace(centre - span, centre + span, 21):
-            basis = _harmonics(t, q * sample_rate_hz / n, 3)
-            rest = centred - basis @ np.linalg.lstsq(basis, centred, rcond=None)[0]
-            value = float(np.sum(rest**2) / np.sum(centred**2))
-            if value < share:
-                best, share = float(q), value
-        centre, span = best, span / 8.0
-    return best * sample_rate_hz / n if share < 0.02 else None
+
+    def left(q: float) -> float:
+        basis = _harmonics(t, q * sample_rate_hz / n, 3)
+        return float(np.sum((centred - basis @ _solved(basis, centred)) ** 2) / np.sum(centred**2))
+
+    best = minimize_scalar(left, bounds=(k - 0.7, k + 0.7), method="bounded", options={"xatol": 1e-5})
+    return float(best.x) * sample_rate_hz / n if best.fun < 0.02 else None
+
+
+def _solved(basis: Floats, signal: Floats) -> Floats:
+    """Least squares of a signal on columns that are all but orthogonal."""
+    return np.asarray(np.linalg.solve(basis.T @ basis, basis.T @ signal), dtype=np.float64)
 
 
 def _harmonics(t: Floats, f0: float, count: int) -> Floats:
@@ -118,12 +127,39 @@ def _harmonics(t: Floats, f0: float, count: int) -> Floats:
     return np.concatenate([np.ones((t.size, 1)), np.cos(turn), np.sin(turn)], axis=1)
 
 
-def high_frequency(signal: Floats) -> float:
-    """Noise of any record, in its own unit: white noise of the level seen in the upper quarter of its spectrum.
+def high_frequency(signal: Floats) -> tuple[float, float]:
+    """Noise of any record, in its own unit, and the share of its spectrum that tells it.
 
-    The median of that band is taken, so that single lines and the tails of sharp events count little.
+    White noise of the level at the highest frequencies that were let through, and at all lower ones down to where more
+    than noise is seen. Lines far above it do not count.
     """
-    n = signal.size
-    power = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(n))) ** 2
-    top = power[3 * power.size // 4 : -1]
-    return float(np.sqrt(np.median(top) / np.log(2.0) / (0.375 * n)))
+    window = np.hanning(signal.size)
+    power = np.abs(np.fft.rfft((signal - signal.mean()) * window)) ** 2 / float(window @ window)
+    bands = _let_through(power)
+    top = len(bands) - max(len(bands) // 4, 1)
+    level = float(np.median(np.concatenate(bands[top:])))
+    apart = min(_APART * float(np.sqrt(_ALIKE / bands[0].size)), _MOST_APART)
+    while top > 0 and float(np.median(bands[top - 1])) < (1.0 + apart) * level:
+        top -= 1
+    noise = np.concatenate(bands[top:])
+    kept = noise[noise <= _LINE_MEDIANS * level]
+    return float(np.sqrt(np.mean(kept) / _KEPT)), noise.size / power.size
+
+
+def below_filter(power: Floats) -> Floats:
+    """The highest quarter of a spectrum below the edge of the filter that its recorder had."""
+    bands = _let_through(power)
+    return np.concatenate(bands[-max(len(bands) // 4, 1) :])
+
+
+def _let_through(power: Floats) -> list[Floats]:
+    """A spectrum in bands, up to the edge of the filter that its recorder had.
+
+    Where a spectrum falls steeply towards half the sample rate, a filter before the sampling has taken the noise away.
+    """
+    bands = np.array_split(power[1:-1], max(min(_BANDS, power.size // _LEAST_LINES), 1))
+    level = [float(np.median(band)) for band in bands]
+    last = len(bands)
+    while last > len(bands) // 2 + 1 and level[last - 2] > _FILTERED * level[last - 1]:
+        last -= 1
+    return bands[:last]

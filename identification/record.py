@@ -10,14 +10,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_opening
 
 from excitation.kinds import Kind
-from identification.derivatives import (
-    Kinematics,
-    band_of_drive,
-    band_of_force,
-    low_pass,
-    low_pass_lines,
-    smooth_kinematics,
-)
+from identification.criteria import CHANCE
+from identification.derivatives import Kinematics, band_of_drive, low_pass_lines
 from identification.errors import DataError
 from identification.models.inputs import (
     free_motion,
@@ -30,6 +24,7 @@ from identification.models.inputs import (
 from identification.models.motion import Motion
 from identification.noise import between_periods, from_cycles, high_frequency
 from identification.period import with_period_seen
+from identification.smoothing import smooth_kinematics
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -40,14 +35,13 @@ _MIN_SAMPLES = 64
 _REPEATABLE_FLOOR = 2e-4  # of rms force: neither a rig nor a solver is more exact
 
 
-_OVERSAMPLED = 16.0  # samples for one cycle at the end of a band that the force has narrowed
-_PASSED = 2.5  # times that end is the two-sided bandwidth of its filter for white noise
 _ROUGH = 1.5  # mean square of the steps over the variance: 2 for white noise, near 0 for a well sampled signal
 _AT_REST = 4.0  # times its noise: a lower velocity may be zero
 _STANDS = 1e-4  # or this share of the highest velocity
 _SOME = 0.02  # share of a record at rest from which it is left out
 _KNOWN = 2  # periodic records from which the noise of the load cell is known
 _SAME_LEVEL = 1.15
+_MEDIAN_AND_MEAN = 3.6  # variance of σ² from a share of the lines of Hann's window, times the share; read off draws
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,8 +70,8 @@ class Record:
     band_hz: float | None = (
         None  # force and model are compared up to this frequency only: the motion is not known above it
     )
-    stride: int = 1  # samples of the run for one of the record: more only where the band ends far below the sample rate
     mean_sigma: float | None = None  # rms noise of the mean period, N, where it is not that of one by √P
+    floor_variance: float = CHANCE.floor_variance  # of χ² over that with a known noise floor
     independent: float = 1.0  # share of the samples whose noise is independent, below 1 where it is coloured
     again: Motion | None = None  # the motion with another realisation of the sensor noise
 
@@ -95,9 +89,7 @@ class Record:
         """A simulated force (N,) or its gradient (N, K) in the compared window and band."""
         if self.band_hz is None:
             return signal[self.window]
-        if self.period:
-            return low_pass_lines(signal[self.window], 1.0 / self.dt, self.band_hz)
-        return low_pass(signal, 1.0 / self.dt, self.band_hz)[self.window]
+        return low_pass_lines(signal[self.window], 1.0 / self.dt, self.band_hz)
 
 
 def compact(record: Record, foreign: Floats | None = None) -> Record:
@@ -146,11 +138,9 @@ def on_top_of_simulation(record: Record, run: Run) -> Record:
             f"{record.name}: no channel 'force_simulated': write the force of your own simulation into it, N, "
             "or give a model file"
         )
-    if record.band_hz is not None and record.period:
+    if record.band_hz is not None:
         simulated = simulated.copy()
         simulated[record.window] = low_pass_lines(simulated[record.window], run.sample_rate_hz, record.band_hz)
-    elif record.band_hz is not None:
-        simulated = low_pass(simulated, run.sample_rate_hz, record.band_hz)[:: record.stride]
     return replace(record, simulated=simulated[: record.force.size].copy())
 
 
@@ -195,7 +185,7 @@ def record_to_come(
     band = smooth_kinematics(displacement, sample_rate_hz).bandwidth_hz
     window: Window = slice(settle * period, n)
     if not period:
-        window = _moving(motion.v, np.zeros(n), _edge(sample_rate_hz, band, n))[0]
+        window = _moving(motion, np.zeros(n), _edge(sample_rate_hz, band, n))[0]
     return Record(
         name="to come",
         motion=motion,
@@ -217,7 +207,7 @@ def _periodic(run: Run, name: str) -> Record:
     motion, kinematics = periodic_motion(run, drop)
     settled, period = force[drop:], run.period_samples
     narrow, limited, share = band_of_drive(kinematics, settled, run.sample_rate_hz), "", 1.0
-    sigma, tones = high_frequency(settled.ravel()), list[float]()
+    sigma, tones = high_frequency(settled.ravel())[0], list[float]()
     if narrow is not None:
         share = min(1.0, 2.0 * narrow / run.sample_rate_hz)
         settled = low_pass_lines(settled.ravel(), run.sample_rate_hz, narrow).reshape(settled.shape)
@@ -228,7 +218,7 @@ def _periodic(run: Run, name: str) -> Record:
         route = f"{settled.shape[0]} periods of {period} samples averaged, noise from their differences"
     else:
         sigma *= np.sqrt(share)
-        route = f"one settled period of {period} samples, noise from the upper quarter of the spectrum"
+        route = f"one settled period of {period} samples, noise from its highest frequencies"
     return Record(
         name=name,
         motion=motion,
@@ -256,18 +246,12 @@ def _again(motion: Motion, kinematics: Kinematics, settled: int) -> Motion:
 
 def _free(run: Run, name: str) -> Record:
     x, force, current = run.channels["displacement"], run.channels["force"], run.channels.get("current")
-    rate, stride, share = run.sample_rate_hz, 1, 1.0
+    motion, kinematics = free_motion(run)
     steady = current is None or is_steady(current)
-    narrow = band_of_force(x, force, rate) if steady else None
-    motion, kinematics = free_motion(run, narrow)
-    sigma, how = _noise_of(x, force, rate, kinematics.bandwidth_hz, steady)
+    sigma, unsure, how = _noise_of(x, force, run.sample_rate_hz, kinematics.bandwidth_hz, steady)
     again = _again(motion, kinematics, 0)
-    if narrow is not None:
-        stride, share = max(1, int(rate / (_OVERSAMPLED * narrow))), min(1.0, _PASSED * narrow / rate)
-        force, sigma = low_pass(force, rate, narrow)[::stride], sigma * np.sqrt(share)
-        motion, again = motion.every(stride), again.every(stride)
-        how += "; force and model are compared up to that frequency only"
-    window, resting = _moving(motion.v, again.v - motion.v, _edge(rate / stride, kinematics.bandwidth_hz, force.size))
+    edge = _edge(run.sample_rate_hz, kinematics.bandwidth_hz, force.size)
+    window, resting = _moving(motion, again.v - motion.v, edge)
     return Record(
         name=name,
         motion=motion,
@@ -281,21 +265,23 @@ def _free(run: Run, name: str) -> Record:
         bandwidth_hz=kinematics.bandwidth_hz,
         notes=resting,
         kind=run.excitation_kind,
+        floor_variance=1.0 + unsure,
         again=again,
-        band_hz=narrow,
-        stride=stride,
-        independent=min(1.0, share * stride),
     )
 
 
-def _noise_of(x: Floats, force: Floats, rate: float, bandwidth_hz: float, steady: bool) -> tuple[float, str]:
-    """Noise of the force of a record without periods, N, and where it was seen."""
+def _noise_of(x: Floats, force: Floats, rate: float, bandwidth_hz: float, steady: bool) -> tuple[float, float, str]:
+    """Noise of the force of a record without periods, N, how unsure it is, and where it was seen.
+
+    Unsure is the variance of an estimated σ² over that of one from as many samples of white noise.
+    """
     edge = _edge(rate, bandwidth_hz, force.size)
     inner = slice(edge, force.size - edge)
     sigma = from_cycles(force[inner], x[inner], rate) if steady else None
     if sigma is not None:
-        return sigma, "what is left beside the harmonics of the motion"
-    return high_frequency(force[inner]), "the upper quarter of the spectrum"
+        return sigma, 1.0, "what is left beside the harmonics of the motion"
+    sigma, share = high_frequency(force[inner])
+    return sigma, _MEDIAN_AND_MEAN / share, "the highest frequencies that its filter lets through"
 
 
 def _edge(rate: float, bandwidth_hz: float, samples: int) -> int:
@@ -303,18 +289,28 @@ def _edge(rate: float, bandwidth_hz: float, samples: int) -> int:
     return int(np.clip(rate / bandwidth_hz, 4, samples // 20))
 
 
-def _moving(v: Floats, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...]]:
+def _moving(motion: Motion, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...]]:
     """The compared samples: without the ends, and without rests, where friction can hold any force."""
-    n = v.size
+    v, n = motion.v, motion.v.size
+    first = _forgotten(motion.x, edge)
     still = np.abs(v) < max(_AT_REST * float(np.std(noise)), _STANDS * float(np.max(np.abs(v))))
     rests = binary_opening(still, np.ones(2 * edge + 1, dtype=bool))
     share = float(np.mean(rests))
     if not _SOME < share < 0.9:
-        return slice(edge, n - edge), ()
-    rests[:edge] = rests[n - edge :] = True
+        return slice(first, n - edge), ()
+    rests[:first] = rests[n - edge :] = True
     return np.flatnonzero(~rests), (
         f"{100 * share:.0f} % of it is at rest, where friction can hold any force: left out",
     )
+
+
+def _forgotten(x: Floats, edge: int) -> int:
+    """Samples at the start in which a machine may remember what it did before the record.
+
+    A hysteresis forgets over a path, here that of the whole travel, but no more than the largest edge is left out.
+    """
+    path = np.cumsum(np.abs(np.diff(x)))
+    return max(edge, min(int(np.searchsorted(path, np.ptp(x))), x.size // 20))
 
 
 def is_off(current: Floats) -> bool:

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from identification.derivatives import periodic_kinematics, smooth_kinematics
+from identification.derivatives import periodic_kinematics
 from identification.errors import DataError
 from identification.period import with_period_seen
+from identification.smoothing import smooth_kinematics
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from pydantic import JsonValue
 
 from api.errors import InputError
-from identification.derivatives import periodic_kinematics, smooth_kinematics
+from identification.derivatives import periodic_kinematics
+from identification.smoothing import smooth_kinematics
 from rigctl.runfile import Run
 
 __all__ = ["loops"]

@@ -8,12 +8,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 from benchmarks.explain.judge import Outcome, judge
 from benchmarks.explain.outcomes import collect, executor_for_cases, read
 from benchmarks.explain.summary import right, summary, write_picture
-from benchmarks.hidden import KINDS
+from benchmarks.hidden import KINDS, Conditions
 
 # As many cases as the goals ask for, on seeds on which no name was tuned.
 GOAL_CASES = ("single:18000:18400", "pair:18000:18200", "triple:18000:18100", "null:18000:18200",
@@ -46,12 +47,14 @@ def main() -> None:
     )
     parser.add_argument("-o", "--output", type=Path, default=Path("bench-explain"))
     parser.add_argument("--workers", type=int, help="cases at once; without it, DAMPER_RIG_WORKERS or one a processor")
+    parser.add_argument("--without-periods", action="store_true", help="the same samples as records without a period")
     arguments = parser.parse_args()
+    asked = partial(judge, conditions=Conditions(without_periods=arguments.without_periods))
     path = arguments.output / "outcomes.jsonl"
     cases = wanted(arguments.cases)
     done = {(o["kind"], o["seed"]) for o in read(path)}
     with closing(executor_for_cases(arguments.workers)) as executor:
-        collect(judge, [c for c in cases if c not in done], path, executor, in_a_line)
+        collect(asked, [c for c in cases if c not in done], path, executor, in_a_line)
     outcomes = [o for o in read(path) if (o["kind"], o["seed"]) in set(cases)]
     print(summary(outcomes))
     write_picture(outcomes, arguments.output / "naming.html")

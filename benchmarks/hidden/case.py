@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from benchmarks.hidden.conditions import STANDARD, Conditions
+from benchmarks.hidden.conditions import STANDARD, Conditions, without_period
 from benchmarks.hidden.effects import EFFECTS, compatible, fits
 from benchmarks.hidden.evidence import (
     MOST_MISMATCH,
@@ -77,7 +77,12 @@ def case(seed: int, kind: str, conditions: Conditions = STANDARD) -> Case:
     if kind not in KINDS:
         raise ValueError(f"kind is {kind!r}: it must be one of {', '.join(KINDS)}")
     rng, scene, secret = deepcopy(drawn(seed, kind))
-    return _measured(rng, seed, kind, *_apply_conditions(conditions, seed, scene, secret))
+    measuring = replace(conditions, without_periods=False)
+    made = _measured(rng, seed, kind, *_apply_conditions(measuring, seed, scene, secret))
+    if not conditions.without_periods:
+        return made
+    runs, held_out = (tuple(without_period(run) for run in runs) for runs in (made.runs, made.held_out))
+    return replace(made, runs=runs, held_out=held_out)
 
 
 @lru_cache(maxsize=1)  # one specimen is measured under several conditions

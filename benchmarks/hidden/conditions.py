@@ -9,8 +9,10 @@ import numpy as np
 from benchmarks.hidden.layout import Elements
 from benchmarks.hidden.motion import extra_run, sines
 from benchmarks.hidden.scene import Scene, departed
+from rigctl.runfile import Run
 
 _REACHED = 0.75  # of the residual that was asked for
+_CREEP = 2e-3  # of the rms travel in a run: a period of it repeats no more, and no force changes visibly
 
 
 class OutOfReach(ValueError):
@@ -25,6 +27,7 @@ class Conditions:
     runs: int | None = None  # training runs
     sines_only: bool = False  # in training; the held-out runs stay
     base_error: float | None = None  # residual of a refit of the departed base curve, in units of the usual noise
+    without_periods: bool = False  # the same samples, of which the file states no period and a search finds none
 
     def measured(self, scene: Scene, rng: np.random.Generator) -> Scene:
         """The scene with the noise and the training runs of these conditions."""
@@ -58,3 +61,10 @@ class Conditions:
 
 
 STANDARD = Conditions()
+
+
+def without_period(run: Run) -> Run:
+    """The run without its stated period, and with a displacement sensor that creeps, so that none is found."""
+    x = run.channels["displacement"]
+    crept = x + _CREEP * float(np.std(x)) * np.linspace(-0.5, 0.5, x.size)
+    return replace(run, period_samples=0, channels={**run.channels, "displacement": crept})

@@ -27,9 +27,9 @@ def material_excess(records: Sequence[Record]) -> float:
 
 def significant_excess(records: Sequence[Record]) -> float:
     """Excess that noise exceeds in less than one case of a million, the noise floor itself being estimated."""
-    spread = sum(2.0 * r.measured.size / r.independent for r in records)
+    spread = sum(2.0 * r.measured.size / r.independent * r.floor_variance for r in records)
     unsure = sum(r.measured.size * r.modelled for r in records)
-    return CHANCE.sigmas * float(np.sqrt(CHANCE.floor_variance * spread)) + CHANCE.modelled_noise_error * unsure
+    return CHANCE.sigmas * float(np.sqrt(spread)) + CHANCE.modelled_noise_error * unsure
 
 
 def contribution(model: Model, name: str, records: Sequence[Record]) -> float:

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import uniform_filter1d
 
-from identification.derivatives import Kinematics, periodic_kinematics, smooth_kinematics
+from identification.derivatives import Kinematics, periodic_kinematics
 from identification.errors import DataError
 from identification.models.motion import Motion
 from identification.period import SHORTEST, with_period_seen
+from identification.smoothing import smooth_kinematics
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -150,9 +151,9 @@ def periodic_motion(run: Run, drop: int) -> tuple[Motion, Kinematics]:
     return motion, kinematics
 
 
-def free_motion(run: Run, bandwidth_hz: float | None = None) -> tuple[Motion, Kinematics]:
-    """The motion of a run without whole periods, up to a frequency that is given or found; and how it was found."""
-    kinematics = smooth_kinematics(run.channels["displacement"], run.sample_rate_hz, bandwidth_hz)
+def free_motion(run: Run) -> tuple[Motion, Kinematics]:
+    """The motion of a run without whole periods; and how it was found."""
+    kinematics = smooth_kinematics(run.channels["displacement"], run.sample_rate_hz)
     current = run.channels.get("current")
     motion = Motion(
         dt=1.0 / run.sample_rate_hz,

@@ -43,11 +43,6 @@ class Motion:
         index = np.arange(-warm, self.period) % self.period
         return replace(self, **{name: getattr(self, name)[index] for name in _SERIES})
 
-    def every(self, stride: int) -> Motion:
-        """Each stride-th sample of a motion without period and without content above the new Nyquist frequency."""
-        series = {name: getattr(self, name)[::stride].copy() for name in _SERIES}
-        return replace(self, dt=self.dt * stride, **series)
-
     def shifted(self, tau: float) -> Motion:
         """The inputs as they were `tau` seconds ago; before the first sample they hold their first value."""
         if tau == 0.0:

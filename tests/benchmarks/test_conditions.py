@@ -14,7 +14,7 @@ from identification.discrepancy.preparation import prepared
 from identification.fitting.leastsquares import fit_records
 from identification.physical.elements import CATALOGUE
 from identification.physical.modelfile import model_from_json
-from identification.record import compact
+from identification.record import compact, record_from_run
 
 SEED = 9
 
@@ -42,6 +42,15 @@ def test_as_many_runs_as_asked_for_are_measured_on_the_same_specimen(count: int)
     assert len(few.runs) == count
     assert len({run.run_id for run in few.runs}) == count
     assert np.array_equal(few.truth[0], made().truth[0])
+
+
+def test_without_periods_the_same_samples_are_records_that_do_not_repeat() -> None:
+    bare = made(Conditions(without_periods=True))
+    for run, same in zip((*bare.runs, *bare.held_out), (*made().runs, *made().held_out), strict=True):
+        assert record_from_run(run).period == 0
+        assert np.array_equal(run.channels["force"], same.channels["force"])
+        moved = run.channels["displacement"] - same.channels["displacement"]
+        assert 0.0 < np.std(moved) < 1e-3 * np.std(same.channels["displacement"])
 
 
 def test_sines_only_are_sines_and_the_held_out_runs_are_unchanged() -> None:

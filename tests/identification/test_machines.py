@@ -8,6 +8,7 @@ import numba
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from identification.derivatives import periodic_kinematics
 from identification.discrepancy import Verdict, explain
@@ -133,14 +134,28 @@ def heavy(*extra: Element) -> Model:
                                          element("moving_mass", {"m": 80.0})))  # fmt: skip
 
 
-def test_the_force_tells_how_far_a_coarse_encoder_can_be_differentiated() -> None:
+def test_a_coarse_encoder_is_differentiated_as_far_as_its_own_steps_allow() -> None:
     record = record_from_run(positioning(1))
-    assert record.band_hz is not None
-    assert record.band_hz < 120.0
+    assert record.band_hz is None  # the force has no say in it
+    assert record.bandwidth_hz < 120.0
     friction = element("presliding_friction", {"sigma": 5e5, "f_c": 15.0})
     fitted = fit_records(heavy(friction, element("force_offset", {"F0": 1.0})), [compact(record)])
     mass = next(e for e in fitted.model.elements if e.name == "moving_mass")
     assert mass.value("m") == pytest.approx(95.0, rel=0.02)
+
+
+@pytest.mark.parametrize(("tone", "rate"), [(15.037, 1000.0), (0.2013, 100.0)])
+def test_a_force_with_memory_has_no_say_in_the_band_of_its_motion(tone: float, rate: float) -> None:
+    rng, t = np.random.default_rng(4), np.arange(6000) / rate
+    v = 4e-3 * 2 * np.pi * tone * np.cos(2 * np.pi * tone * t)
+    x = 4e-3 * np.sin(2 * np.pi * tone * t) + 2e-7 * rng.standard_normal(t.size)
+    memory = lfilter([1.0], [1.0, -np.exp(-2.0 * tone / rate)], np.tanh(20.0 * v / np.max(v)))
+    forces = (500.0 * v, 30.0 * memory + 0.1 * rng.standard_normal(t.size))
+    viscous, bush = (record_from_run(captured("free", rate, x, force)) for force in forces)
+    assert viscous.period == bush.period == 0
+    assert viscous.bandwidth_hz == bush.bandwidth_hz > tone
+    assert np.array_equal(viscous.motion.v, bush.motion.v)
+    assert np.std((bush.motion.v - v)[bush.window]) < 2e-3 * np.std(v)
 
 
 def test_friction_and_offset_of_a_machine_that_moves_from_place_to_place_are_named() -> None:
@@ -150,7 +165,7 @@ def test_friction_and_offset_of_a_machine_that_moves_from_place_to_place_are_nam
     assert names.count("force_offset") == 1
     assert len(names) == 2
     assert dry & set(names)
-    assert found.held_out.final < 0.1 * found.held_out.base_refitted
+    assert found.held_out.final < 1.1 * found.held_out.noise_floor < 0.3 * found.held_out.base_refitted
 
 
 def test_what_is_at_rest_is_left_out_and_said() -> None:

@@ -1,7 +1,7 @@
 // The list of campaigns, and the one on show: its tests, its question, its loops.
 
 import { at, attribute, keyed, make, set, show, state } from "./dom.js";
-import { on, store } from "./feed.js";
+import { on, put, store } from "./feed.js";
 import { choice, chooseCampaign, chosen, followRunning } from "./choice.js";
 import { act, sayLine } from "./orders.js";
 import { colourName } from "./charts.js";
@@ -29,13 +29,15 @@ function entry(first) {
       campaign = one;
       attribute(button, "aria-current", String(one.id === choice.campaign));
       set(name, one.name);
-      state(word, campaignState(one), one.state);
+      state(word, campaignState(one), colourOf(one));
       set(hint, one.specimen + " on " + one.rig);
       show(bar, one.state === "running");
       bar.value = shareOf(one);
     },
   };
 }
+
+const colourOf = (campaign) => campaign.question ? "held" : campaign.state;
 
 function whyItWaits(campaign) {
   const rig = rigOf(campaign);
@@ -46,7 +48,7 @@ function whyItWaits(campaign) {
 
 function showOne(campaign) {
   set(at("name"), campaign.name);
-  state(at("state"), campaignState(campaign), campaign.state);
+  state(at("state"), campaignState(campaign), colourOf(campaign));
   const time = campaign.tests.reduce((sum, test) => sum + test.duration_s, 0);
   set(at("facts"), `${campaign.specimen} on ${campaign.rig} · ${campaign.tests.length === 1 ? "1 test" : campaign.tests.length + " tests"}, ` +
     `${seconds(time)} of rig time · accepted ${moment(campaign.created)}` + (campaign.ended ? ` · ended ${moment(campaign.ended)}` : ""));
@@ -135,9 +137,8 @@ on("choice", () => {
 older.more = true;
 
 async function older() {
-  const last = store.campaigns[store.campaigns.length - 1];
-  const page = await get(`/v1/campaigns?limit=${PAGE}${last ? "&before=" + last.number : ""}`);
-  return page.campaigns;
+  const before = Math.min(store.from, store.campaigns[LISTED - 1].number); // those that wait longer may be far older
+  return (await get(`/v1/campaigns?limit=${PAGE}&before=${before}`)).campaigns;
 }
 
 async function answer(text) {
@@ -160,8 +161,8 @@ at("retry").addEventListener("click", () => act(at("retry"), () => create(`/v1/c
   (again) => say(`Waits again as ${again.name}.`, "taken")));
 at("delete").addEventListener("click", () => act(at("delete"), () => send("DELETE", `/v1/campaigns/${choice.campaign}`), say));
 at("older").addEventListener("click", () => act(at("older"), older, say, (found) => {
-  const known = new Set(store.campaigns.map((one) => one.id));
-  store.campaigns = [...store.campaigns, ...found.filter((one) => !known.has(one.id))];
+  found.forEach(put);
+  store.from = found.length ? found[found.length - 1].number : 0;
   older.more = found.length === PAGE;
   showCampaigns();
 }));

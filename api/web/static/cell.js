@@ -6,9 +6,9 @@ import { chosen, chosenRig } from "./choice.js";
 import { act, sayLine, stopButton } from "./orders.js";
 import { nameOf, wordOf } from "./rigs.js";
 import { post } from "./send.js";
-import { ampere, campaignState, clock, degrees, force, leftOf, length, part, seconds } from "./words.js";
+import { ASKS, ampere, campaignState, clock, degrees, force, leftOf, length, part, seconds } from "./words.js";
 
-const HELD_WORDS = ["on hold", "holding …"];
+const HELD_WORDS = ["on hold", "holding …", ASKS];
 const { node: said, say } = sayLine();
 
 function running() {
@@ -30,7 +30,8 @@ export function showCell() {
   set(at("cell-left"), campaign ? seconds(left) : "–");
   const fifo = rig.progress ? rig.progress.fifo : null;
   set(at("cell-fifo"), Number.isFinite(fifo) ? Math.round(100 * fifo) + " %" : "–");
-  set(at("cell-seen"), rig.known_at ? "Measured at " + clock(rig.known_at) : "Nothing measured yet");
+  const measured = Object.keys(rig.readings ?? {}).length > 0;
+  set(at("cell-seen"), rig.known_at ? (measured ? "Measured at " : "Nothing is measured; as of ") + clock(rig.known_at) : "Nothing measured yet");
   showOrders(rig, campaign);
   showTest(test);
 }
@@ -102,8 +103,8 @@ let told = "";
 export function tellChange() {
   const rig = chosenRig();
   const campaign = chosen();
-  const words = [rig ? `${nameOf(rig)}: ${wordOf(rig)}` : "", campaign ? `${campaign.name}: ${campaignState(campaign)}` : ""]
-    .filter(Boolean).join(". ");
+  const words = [rig ? `${nameOf(rig)}: ${wordOf(rig)}` : "", campaign ? `${campaign.name}: ${campaignState(campaign)}` : "",
+    campaign && campaign.question].filter(Boolean).join(". ");
   if (words !== told) set(at("told"), words);
   told = words;
 }

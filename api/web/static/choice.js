@@ -4,7 +4,13 @@ import { store, tell } from "./feed.js";
 
 export const choice = { rig: null, campaign: null, followed: true };
 
-export const chosen = () => store.campaigns.find((one) => one.id === choice.campaign) ?? choice.kept ?? null;
+// Also one that the lists have left: what was known of it last.
+export function chosen() {
+  const found = store.campaigns.find((one) => one.id === choice.campaign);
+  if (found) choice.kept = found;
+  return found ?? (choice.kept && choice.kept.id === choice.campaign ? choice.kept : null);
+}
+
 export const chosenRig = () => store.rigs.find((one) => one.id === choice.rig) ?? null;
 
 function rigFor(campaign) {
@@ -21,7 +27,7 @@ function take(campaign) {
 
 export function chooseCampaign(campaign) {
   choice.followed = campaign.state === "running";
-  choice.kept = store.campaigns.some((one) => one.id === campaign.id) ? null : campaign; // an older one than the stream tells
+  choice.kept = campaign;
   take(campaign);
 }
 
@@ -30,7 +36,6 @@ export function chooseRig(id) {
   if (!rig) return;
   choice.rig = id;
   choice.byPerson = true;
-  choice.kept = null;
   const own = store.campaigns.find((one) => one.id === rig.running) ?? store.campaigns.find((one) => one.rig === rig.url);
   choice.followed = Boolean(own && own.state === "running");
   choice.campaign = own ? own.id : null;

@@ -20,7 +20,18 @@ export function set(node, text) {
 }
 
 export function show(node, visible) {
-  if (node.hidden === Boolean(visible)) node.hidden = !visible;
+  if (node.hidden !== Boolean(visible)) return;
+  if (!visible && node.contains(document.activeElement)) queueMicrotask(() => rest(node.parentElement));
+  node.hidden = !visible;
+}
+
+// The focus of what has gone goes to what it was in, never to another button: the next Tab leads on from there, and a
+// second Enter does nothing.
+export function rest(node) {
+  let near = node;
+  while (!near.checkVisibility()) near = near.parentElement;
+  near.tabIndex = -1;
+  near.focus({ preventScroll: true });
 }
 
 export function attribute(node, name, value) {
@@ -41,8 +52,10 @@ export function keyed(container, items, keyOf, create) {
   const known = rows.get(container) ?? rows.set(container, new Map()).get(container);
   const wanted = new Map(items.map((item) => [String(keyOf(item)), item]));
   const focused = document.activeElement;
+  let left = -1; // the place of the row that went with the focus
   for (const [key, row] of known) {
     if (!wanted.has(key)) {
+      if (row.node.contains(focused)) left = [...container.children].indexOf(row.node);
       row.node.remove();
       known.delete(key);
     }
@@ -54,5 +67,6 @@ export function keyed(container, items, keyOf, create) {
     if (row.node === place) place = place.nextSibling;
     else container.insertBefore(row.node, place);
   }
-  if (focused !== document.activeElement && container.contains(focused)) focused.focus({ preventScroll: true });
+  if (left >= 0) rest(container.children[left] ?? container.lastElementChild ?? container);
+  else if (focused !== document.activeElement && container.contains(focused)) focused.focus({ preventScroll: true });
 }

@@ -4,7 +4,8 @@ const LOST_MS = 1600; // the service sends something every 0.5 s: three in a row
 const LOOK_MS = 100;
 const AGAIN_MS = 1000;
 
-export const store = { campaigns: [], rigs: [], queues: {}, explanations: [], link: "connecting", heardAt: null };
+// told: the ids of the campaigns that the stream told last; from: the oldest number that a person asked for
+export const store = { campaigns: [], told: new Set(), from: Infinity, rigs: [], queues: {}, explanations: [], link: "connecting", heardAt: null };
 const listeners = {};
 
 export function on(name, told) {
@@ -34,16 +35,20 @@ function link(now) {
   tell("link", now);
 }
 
-// Older campaigns that a person asked for stay; the stream tells the newest.
-function renew(told) {
-  const oldest = told.length ? told[told.length - 1].number : 0;
-  store.campaigns = [...told, ...store.campaigns.filter((one) => one.number < oldest)];
+export function remove(id) {
+  store.campaigns = store.campaigns.filter((one) => one.id !== id);
 }
 
-function replace(campaign) {
-  const place = store.campaigns.findIndex((one) => one.id === campaign.id);
-  if (place < 0) store.campaigns = [campaign, ...store.campaigns];
-  else store.campaigns[place] = campaign;
+export function put(campaign) {
+  remove(campaign.id);
+  store.campaigns = [...store.campaigns, campaign].sort((a, b) => b.number - a.number);
+}
+
+// The stream tells the newest. Others stay until it is known how they ended, and where a person asked for them.
+function renew(told) {
+  store.told = new Set(told.map((one) => one.id));
+  store.campaigns = store.campaigns.filter((one) => !one.ended || one.number >= store.from);
+  told.forEach(put);
 }
 
 function advance(progress) {
@@ -55,7 +60,7 @@ function advance(progress) {
 const TAKES = {
   beat() {},
   campaigns(data) { renew(data.campaigns); },
-  campaign(data) { replace(data); },
+  campaign(data) { put(data); },
   progress(data) { data.forEach(advance); },
   rigs(data) { store.rigs = data.rigs; },
   queues(data) { store.queues = data.queues; },

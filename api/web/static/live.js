@@ -1,6 +1,6 @@
 // The page: its views, the news of the service, and which view is on show.
 
-import { at, attribute, set, show } from "./dom.js";
+import { at, attribute, rest, set, show } from "./dom.js";
 import { follow, on, store } from "./feed.js";
 import { showAudit, showKeys } from "./access.js";
 import { drawLoops } from "./campaign_loops.js";
@@ -11,6 +11,7 @@ import { showRigs } from "./rigs.js";
 import { showRuns } from "./runs.js";
 import { showSchedule } from "./schedule.js";
 import "./explanations.js";
+import "./missing.js";
 import "./session.js";
 
 const VIEWS = {
@@ -32,6 +33,11 @@ function showView() {
   }
   VIEWS[view]();
 }
+
+at("skip").addEventListener("click", (event) => {
+  event.preventDefault();
+  rest(document.querySelector("main:not([hidden])"));
+});
 
 on("trouble", (data) => {
   show(at("trouble"), data.detail);

@@ -42,8 +42,8 @@ export function oneAtATime(doing) {
 
 // Does something once at a time; its refusal is said, its focus stays.
 export async function act(button, doing, say, done) {
-  if (button.getAttribute("aria-disabled") === "true") return;
-  button.setAttribute("aria-disabled", "true");
+  if (button.ariaBusy || button.ariaDisabled === "true") return;
+  button.ariaBusy = "true";
   try {
     const answer = await doing();
     say("");
@@ -51,6 +51,6 @@ export async function act(button, doing, say, done) {
   } catch (error) {
     say(error.message, "refused");
   } finally {
-    button.removeAttribute("aria-disabled");
+    button.ariaBusy = null;
   }
 }

@@ -46,7 +46,7 @@ function rigCard(first) {
       set(name, nameOf(rig));
       state(word, wordOf(rig));
       attribute(choose, "aria-current", String(rig.id === choice.rig));
-      set(text, [rig.state_text, rig.known_at ? "seen at " + clock(rig.known_at) : ""].filter(Boolean).join(" · "));
+      set(text, [rig.state_text === rig.state ? "" : rig.state_text, rig.known_at ? "as of " + clock(rig.known_at) : ""].filter(Boolean).join(" · "));
       show(paused, rig.paused);
       show(why, rig.paused);
       set(why, rig.paused ?? "");

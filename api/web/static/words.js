@@ -43,9 +43,12 @@ export function shareOf(campaign) {
   return total > 0 ? campaign.tests.reduce((sum, test) => sum + test.duration_s * part(test), 0) / total : 0;
 }
 
+export const ASKS = "asks its operator";
+
 export function campaignState(campaign) {
   if (campaign.state !== "running") return campaign.state === "accepted" ? "waits" : campaign.state;
   const test = campaign.tests.find((one) => one.state === "running");
+  if (campaign.question && !campaign.asked) return ASKS;
   if (campaign.asked === "hold") return test && test.phase === "hold" ? "on hold" : "holding …";
   return campaign.asked ? "stopping …" : "running";
 }
