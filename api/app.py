@@ -102,7 +102,9 @@ def create_app(settings: Settings, *, with_workers: bool = True, connections: Co
         redoc_url=None,
         openapi_url=None,  # a route of docs, which refuses what it does not read like every other
         dependencies=[Depends(refuse_what_is_not_read)],
-        responses=problem_answers(400, 401, 403, 404, 408, 409, 410, 412, 413, 415, 422, 429, 500, 503, 504, 507),
+        responses=problem_answers(
+            400, 401, 403, 404, 408, 409, 410, 412, 413, 415, 422, 428, 429, 500, 502, 503, 504, 507
+        ),
     )
     for routes in (  # tried in this order
         campaigns,

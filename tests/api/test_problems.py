@@ -13,6 +13,7 @@ from fastapi import FastAPI
 from pydantic import TypeAdapter
 
 from api.app import create_app
+from api.errors import OUTCOMES
 from api.jobs.kinds import KINDS
 from api.routes.examples import REQUESTS
 from api.settings import Settings
@@ -201,6 +202,7 @@ def test_openapi_describes_problems_for_every_route(client: httpx.Client) -> Non
         for method, route in methods.items():
             content = route["responses"]["422"]["content"]
             assert list(content) == ["application/problem+json"], f"{method} {path}"
+            assert {str(outcome.http_status) for _, outcome in OUTCOMES} <= set(route["responses"])
     text = json.dumps(described)
     assert "HTTPValidationError" not in text
 

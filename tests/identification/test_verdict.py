@@ -12,6 +12,7 @@ from identification.discrepancy import naming
 from identification.discrepancy.evidence import gather
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.holdout import hold_out
+from identification.discrepancy.notes import capped
 from identification.discrepancy.trials import trial_of
 from identification.discrepancy.verdict import _beyond_noise, drop_doubtful
 from identification.fitting.leastsquares import fit_records
@@ -57,6 +58,16 @@ def test_where_no_name_is_doubtful_nothing_is_fitted_again() -> None:
     assert kept is found
     assert [e.name for e in stated] == ["linear_stiffness"]
     assert withheld == []
+
+
+def test_a_confidence_that_only_more_runs_could_raise_says_so() -> None:
+    found = found_with("linear_stiffness", records=records_with("linear_stiffness")[:1])
+    [one] = gather(found, records_with("linear_stiffness")[:1])
+    [told] = capped([one])
+    assert told == f"linear stiffness: no confidence above {one.confidence:.2f} is stated for what one run shows"
+    assert capped([replace(one, confidence=0.5)]) == []
+    records = records_with("linear_stiffness")
+    assert capped(gather(found_with("linear_stiffness", records=records), records)) == []
 
 
 def test_the_newtons_that_stay_are_those_of_each_run_with_its_own_noise() -> None:
