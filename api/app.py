@@ -51,7 +51,7 @@ from api.settings import Settings
 
 __all__ = ["create_app"]
 
-_STREAMED = ("/v1/runs",)  # routes that limit and store what they are sent themselves
+_STREAMED = ("/v1/runs", "/v1/designs/file")  # routes that limit and store what they are sent themselves
 _DESIGNING = ("/v1/campaigns", "/v1/campaigns/check", "/v1/tests/draw", "/v1/designs")  # their tests are designed
 MOST_BODY_BYTES = 2**20  # of JSON: the largest campaign of the tests has 0.2 MB; 1 MB is parsed in 0.02 s
 
