@@ -69,7 +69,8 @@ def test_a_name_that_is_not_stated_comes_with_its_largest_doubt() -> None:
     assert main_doubt(uneven).startswith("its strength is 0.50 to 2.00 times the common one from run to run")
     said = _nearest(found, [uneven])
     assert (
-        f"mass between load cell and damper, not stated with a confidence of {mass.confidence:.2f}: {main_doubt(uneven)}"
+    stated = f"not stated with a confidence of {mass.confidence:.2f}: {main_doubt(uneven)}"
+    assert f"mass between load cell and damper, {stated}" in said
         in said
     )
     assert "held-out runs are worse with it" in _nearest(found, [replace(uneven, confidence=0.9)])
