@@ -68,11 +68,8 @@ def test_a_name_that_is_not_stated_comes_with_its_largest_doubt() -> None:
     uneven = replace(steady, features=replace(steady.features, spread=3.0), strengths=(0.5, 2.0), precision=(1.0, 1.0))
     assert main_doubt(uneven).startswith("its strength is 0.50 to 2.00 times the common one from run to run")
     said = _nearest(found, [uneven])
-    assert (
     stated = f"not stated with a confidence of {mass.confidence:.2f}: {main_doubt(uneven)}"
     assert f"mass between load cell and damper, {stated}" in said
-        in said
-    )
     assert "held-out runs are worse with it" in _nearest(found, [replace(uneven, confidence=0.9)])
     assert _nearest(replace(found, moves=()), []) == ""
 
