@@ -9,12 +9,13 @@ from math import exp
 import numpy as np
 
 from identification.criteria import TEXT
-from identification.discrepancy.confidence import Features, confidence
+from identification.discrepancy.confidence import Features, confidence, doubts
 from identification.discrepancy.confidence_table import fitted_table
 from identification.discrepancy.excess import contribution, excess_of
 from identification.discrepancy.naming import Search
 from identification.discrepancy.rivals import Rival, beside_a_curve, margin_of, rivals_of
 from identification.discrepancy.strength import seen_by, spread_of, strengths
+from identification.physical.elements import CATALOGUE
 from identification.record import Record
 
 
@@ -63,6 +64,28 @@ def _evidence(found: Search, name: str, records: Sequence[Record]) -> Evidence:
         confidence=believed,
         alternatives=_alternatives(1.0 - believed, rivals),
     )
+
+
+def main_doubt(evidence: Evidence) -> str:
+    """What takes most off the confidence of a name, in words with its figure."""
+    features, table = evidence.features, fitted_table()
+    against = {name: table.weights[name] * d for name, d in doubts(features).items()}
+    seen = [v for v, p in zip(evidence.strengths, evidence.precision, strict=True) if p > 0.0]
+    words = {
+        "scatter": f"its strength is {min(seen, default=0.0):.2f} to {max(seen, default=0.0):.2f} times the common one "
+        f"from run to run, a scatter of {features.spread:.0%} beyond noise",
+        "few_runs": f"{features.runs} {'run shows' if features.runs == 1 else 'runs show'} it",
+        "left_beside": f"{features.left_beside:.0%} of the gap without it stays with it",
+        "rivalry": f"{_closest(evidence.rivals)} is only {max(features.margin, 0.0):.1f} tolerances of form behind",
+        "imitated": f"a refit of the base imitates {1.0 - features.own_share**2:.0%} of it",
+        "beside_curve": "the damping curve of the base may be wrong instead",
+    }
+    return words[max(against, key=lambda name: against[name])]
+
+
+def _closest(rivals: Sequence[Rival]) -> str:
+    best = min(rivals, key=lambda r: r.margin, default=None)
+    return "nothing else" if best is None else CATALOGUE[best.name].title
 
 
 def _alternatives(doubt: float, rivals: Sequence[Rival]) -> tuple[tuple[str, float], ...]:

@@ -5,17 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from identification.criteria import BUDGET
+import numpy as np
+
+from identification.criteria import BUDGET, CHANCE
 from identification.datachecks import findings_in
 from identification.discrepancy.candidates import remove_limits
 from identification.discrepancy.explanation import Explanation, NextTest, Traces
 from identification.discrepancy.hum import Hum, find_hum, hum_in
 from identification.discrepancy.naming import Compared, drop_departures
 from identification.discrepancy.nexttest import propose
-from identification.discrepancy.notes import coarse, finer, of_runs, tared_apart, unnamed
+from identification.discrepancy.notes import capped, coarse, finer, of_runs, tared_apart, unnamed
 from identification.discrepancy.preparation import prepared
 from identification.discrepancy.search import search
-from identification.discrepancy.verdict import SearchResult, drop_doubtful, judge, test_is_worthwhile
+from identification.discrepancy.verdict import (
+    SearchResult,
+    drop_doubtful,
+    judge,
+    test_is_worthwhile,
+    without_least_confident,
+)
+from identification.fitting.discretisation import with_solver_error
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.motion_noise import with_motion_noise
 from identification.physical.elements import CATALOGUE, TONE
@@ -117,8 +126,8 @@ def _with_noise_of(quiet: Record, record: Record) -> Record:
 
 def _conclude(given: Model, result: SearchResult, findings: Sequence[str], report: Progress) -> Explanation:
     """The explanation: everything fitted again to the whole records, judged, with the next test and the notes."""
-    final = _fit_final(result)
     base = fit_records(result.base.model, result.train, max_iterations=BUDGET.fit_iterations)
+    result, final = _without_harm(result, _fit_final(result), base.model)
     traces = [
         _traces(r, given, base.model, final, held_out=held_out)
         for records, held_out in ((result.train, False), (result.held, True))
@@ -156,7 +165,22 @@ def _fit_final(result: SearchResult) -> Model:
     grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
     added = [e.id in found.names or e.id not in base.ids for e in grown.elements]
     elements = tuple(remove_limits(e) if new else e for e, new in zip(grown.elements, added, strict=True))
-    return fit_records(replace(grown, elements=elements), result.train, max_iterations=BUDGET.fit_iterations).model
+    final = fit_records(replace(grown, elements=elements), result.train, max_iterations=BUDGET.fit_iterations)
+    return with_solver_error(final, result.train).model
+
+
+def _without_harm(result: SearchResult, final: Model, base: Model) -> tuple[SearchResult, Model]:
+    """The result and its model, less the least likely names as long as held-out runs are worse than with the base."""
+    limit = _misfit(base, result.held) + CHANCE.slack
+    while result.found.names and _misfit(final, result.held) > limit:
+        result = without_least_confident(result)
+        final = _fit_final(result) if result.names else base
+    return result, final
+
+
+def _misfit(model: Model, records: Sequence[Record]) -> float:
+    """Squared residuals over the noise variance."""
+    return sum(float(np.sum((r.measured - predict(model, r)[0]) ** 2)) / r.sigma**2 for r in records)
 
 
 def _named_for_reader(compared: Compared) -> Compared:
@@ -176,6 +200,7 @@ def _notes(result: SearchResult, final: Model, traces: Sequence[Traces], finding
         *findings,
         *finer(result.base.model, result.found.fit.model),
         *unnamed(result.base.model, final, result.names),
+        *capped(result.evidence),
         *tared_apart(traces),
         *coarse(final, result.quiet),
     )

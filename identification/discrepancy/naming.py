@@ -100,15 +100,23 @@ def explains(state: Search) -> bool:
 
 
 def drop_unproven(state: Search, records: Sequence[Record]) -> Search:
-    """Keep the names that are needed, where together they explain the gap; else the first, where it closes much by
-    itself; else none."""
-    if explains(state):
-        return _drop_needless(state, records)
-    while state.before is not None and state.before.before is not None:
-        state = state.before
-    if state.before is None or state.excess < (1.0 - FORM.closes) * state.before.excess:
-        return state
-    return state.before
+    """Keep the names that are needed, where together they explain the gap; else those of which each closes much of what
+    is missing without it."""
+    return _drop_needless(state, records) if explains(state) else _drop_small(state, records)
+
+
+def _drop_small(state: Search, records: Sequence[Record]) -> Search:
+    """Remove the name that closes the least, again and again, until each closes much of what is missing without it."""
+    while state.names:
+        rests = {name: fit_without(state.fit, name, records) for name in state.names}
+        name, rest = min(
+            ((n, r) for n, r in rests.items() if r is not None), key=lambda own: excess_of(own[1]), default=(None, None)
+        )
+        if name is None or rest is None or state.excess < (1.0 - FORM.closes) * excess_of(rest):
+            compared = {n: replace(state.compared[n], without=r) for n, r in rests.items() if r is not None}
+            return replace(state, compared={**state.compared, **compared})
+        state = _drop(state, name, rest)
+    return state
 
 
 def drop_departures(state: Search, records: Sequence[Record]) -> Search:

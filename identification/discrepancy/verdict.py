@@ -11,7 +11,7 @@ from identification.criteria import CHANCE, FORM, TEXT
 from identification.discrepancy.confidence import confidence_without_rival
 from identification.discrepancy.confidence_table import fitted_table
 from identification.discrepancy.equation import describe
-from identification.discrepancy.evidence import Evidence, gather
+from identification.discrepancy.evidence import Evidence, gather, main_doubt
 from identification.discrepancy.excess import (
     excess_of,
     form_error,
@@ -25,8 +25,8 @@ from identification.discrepancy.signatures import tangent
 from identification.discrepancy.where import Region, locate
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.physical.elements import TONE
-from identification.physical.model import Element, Model
+from identification.physical.elements import CATALOGUE, TONE
+from identification.physical.model import Element, Model, name_of
 from identification.physical.predict import predict
 from identification.record import Record
 from identification.report.page_data import Profile
@@ -85,13 +85,28 @@ def drop_doubtful(found: Search, records: Sequence[Record]) -> tuple[Search, lis
         if weakest.confidence >= FORM.min_confidence:
             break
         try:
-            rest = fit_records(found.fit.model.without(weakest.name), records)
+            found = _without(found, weakest.name, records)
         except SimulationError:  # the model can't run without it
             break
-        names = tuple(n for n in found.names if n != weakest.name)
-        found = replace(found, fit=rest, names=names, excess=excess_of(rest))
         withheld.append(weakest)
     return found, [e for e in evidence if e.name in found.names], withheld
+
+
+def without_least_confident(result: SearchResult) -> SearchResult:
+    """The result without the name of the least confidence, fitted again; without any name where that can't run."""
+    weakest = min(result.evidence, key=lambda e: e.confidence)
+    try:
+        found = _without(result.found, weakest.name, result.quiet)
+    except SimulationError:
+        found = replace(result.found, fit=result.base, names=(), excess=excess_of(result.base))
+    gone = [e for e in result.evidence if e.name not in found.names]
+    kept = [e for e in result.evidence if e.name in found.names]
+    return replace(result, found=found, evidence=kept, withheld=[*result.withheld, *gone])
+
+
+def _without(found: Search, name: str, records: Sequence[Record]) -> Search:
+    rest = fit_records(found.fit.model.without(name), records)
+    return replace(found, fit=rest, names=tuple(n for n in found.names if n != name), excess=excess_of(rest))
 
 
 def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judgement:
@@ -194,9 +209,7 @@ def _effect(
 def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region], noise_floor: float) -> str:
     """What stays on the training runs, in words."""
     found, records = result.found, result.quiet
-    samples = sum(r.measured.size for r in records)
-    noise = float(np.sqrt(np.mean([r.sigma**2 for r in records])))
-    size = noise * float(np.sqrt(max(found.excess, 0.0) / samples))
+    size = _beyond_noise(found.fit, records)
     if verdict == Verdict.NO_DISCREPANCY or (verdict == Verdict.EXPLAINED and size < noise_floor):
         return ""
     if verdict == Verdict.EXPLAINED:
@@ -206,9 +219,16 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
     where = regions[0].text if regions else "spread over all runs"
     like = describe(records, tangent(found.fit.model, records)).text
     if verdict == Verdict.UNKNOWN_EFFECT:
-        near = _nearest(found)
+        near = _nearest(found, result.withheld)
         return f"a repeatable {size:.3g} N rms that no element of the catalogue explains; {where}{near}; {like}"
-    return f"a repeatable {size:.3g} N rms stays after the named effects; before them the gap lay {where}; {like}"
+    near = _nearest(found, result.withheld) if result.withheld else ""
+    return f"a repeatable {size:.3g} N rms stays after the named effects; before them the gap lay {where}{near}; {like}"
+
+
+def _beyond_noise(fit: Fit, records: Sequence[Record]) -> float:
+    """What a fit leaves beyond the noise, N rms over all samples: √(Σ(e² - σ²)/n), each record with its own σ."""
+    energy = sum(float(np.dot(e, e)) - e.size * r.sigma**2 for e, r in zip(fit.residuals, records, strict=True))
+    return float(np.sqrt(max(energy, 0.0) / fit.samples))
 
 
 def _held_out_remainder(verdict: Verdict, held: Gaps, traces: Sequence[Traces]) -> str:
@@ -223,8 +243,20 @@ def _held_out_remainder(verdict: Verdict, held: Gaps, traces: Sequence[Traces]) 
     )
 
 
-def _nearest(found: Search) -> str:
-    if not found.moves:
+def _nearest(found: Search, withheld: Sequence[Evidence]) -> str:
+    """What came nearest to a name, and why it is not stated."""
+    if withheld:
+        best = max(withheld, key=lambda e: e.confidence)
+        title = CATALOGUE[name_of(best.name)].title
+        if best.confidence >= FORM.min_confidence:
+            return f"; nearest is {title}, but the held-out runs are worse with it than with the refitted base"
+        return f"; nearest is {title}, not stated with a confidence of {best.confidence:.2f}: {main_doubt(best)}"
+    drops = [m for m in found.moves if m.kind == "drop"]
+    if not drops:
         return ""
-    best = min(found.moves[0].rivals, key=lambda t: t.excess)
-    return f"; nearest in shape is {best.own.spec.title}, but its strength differs from run to run"
+    last = drops[-1]
+    share = 1.0 - max(last.excess_before, 0.0) / max(last.excess_after, 1e-300)
+    return (
+        f"; nearest in shape is {CATALOGUE[last.name].title}, which closes {share:.0%} of what is missing without it, "
+        f"and {FORM.closes:.0%} are needed"
+    )

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from identification.errors import DataError
 from identification.fitting.admission import admit
+from identification.fitting.discretisation import with_solver_error
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.multistart import fit_from_many
 from identification.fitting.refine import refine_curves
@@ -52,4 +53,4 @@ def fit(
         found = fit_from_many(model, records, starts, robust=robust).best
     else:
         found = fit_records(model, records, robust=robust, on_step=on_step)
-    return refine_curves(found, records) if refine else found
+    return with_solver_error(refine_curves(found, records) if refine else found, records)

@@ -141,6 +141,25 @@ def test_what_has_the_focus_keeps_it_while_the_page_is_renewed(running: Desk) ->
     assert page.evaluate("window.kept.value") == "leak at the seal"
 
 
+def test_with_reduced_motion_the_loops_move_every_two_seconds_and_nothing_is_animated(running: Desk) -> None:
+    page = running.page
+    page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-reduced-motion", "value": "reduce"}])
+    page.evaluate(
+        """(react => {
+          window.drawnAt = [];
+          Plotly.react = (node, ...rest) => {
+            if (node.id === 'fx') window.drawnAt.push(performance.now());
+            return react(node, ...rest);
+          };
+        })(Plotly.react)"""
+    )
+    running.waits("window.drawnAt.length >= 3")
+    drawn_at = page.evaluate("window.drawnAt")[1:]  # the first was asked for before
+    assert min(after - before for before, after in pairwise(drawn_at)) > 1900.0
+    assert page.evaluate("document.getAnimations().length") == 0
+    page.call("Emulation.setEmulatedMedia", features=[])
+
+
 def test_no_view_scrolls_sideways_in_a_narrow_window(running: Desk) -> None:
     running.page.call("Emulation.setDeviceMetricsOverride", width=375, height=800, deviceScaleFactor=1, mobile=False)
     try:

@@ -124,6 +124,8 @@ def front(tmp_path_factory: pytest.TempPathFactory, chromium: Path, folder: Path
         assert campaign is not None
         held.ask(campaign, "Is the clevis fitted?")
         [rig] = front.client.get("/v1/rigs").json()["rigs"]
+        limits = {"interlocks": ["force:-8e3:8e3:stop:0.01", "temperature:-inf:90:stop"]}
+        front.client.patch(f"/v1/rigs/{rig['id']}", json=limits).raise_for_status()
         front.client.post(f"/v1/rigs/{rig['id']}/pause", json={"reason": "a leak at the seal"}).raise_for_status()
         for name in NAMES[:2]:
             run = (folder / name).read_bytes()
@@ -207,6 +209,12 @@ def test_readings_of_a_large_rig_fit_their_tiles(front: Front) -> None:
             )
             assert wide <= 1, (width, key)
     set_width(front, 1280)
+
+
+def test_interlocks_are_said_with_their_units(front: Front) -> None:
+    show_ready(front, "live")
+    front.says("#rigs .about", "force from −8000 N to 8000 N, else stop after 0.01 s")
+    front.says("#rigs .about", "temperature to 90 °C, else stop")
 
 
 def test_the_orders_stay_where_they_are_however_long_the_text_beside_them(front: Front) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,11 +12,12 @@ from tests.api.front import Front, at_front
 
 pytestmark = pytest.mark.browser
 
-# The next answer is lost on its way back: the service has done what was asked.
+# The answer to the next creation is lost on its way back: the service has done what was asked.
 LOSE = """(() => {
   const real = window.fetch;
   window.fetch = async (...request) => {
-    await real(...request);
+    const answer = await real(...request);
+    if (!request[1]?.headers?.["idempotency-key"]) return answer;
     window.fetch = real;
     throw new TypeError("lost");
   };
@@ -75,6 +77,49 @@ def test_a_campaign_whose_answer_was_lost_and_one_that_is_clicked_twice_are_crea
     front.click("#submit")
     front.page.wait_for("document.querySelectorAll('#campaigns li').length === 2")
     assert front.names("/v1/campaigns", "campaigns") == ["lost", "lost"]
+
+
+def test_a_fresh_form_says_what_it_needs_and_marks_nothing_before_it_is_submitted(front: Front) -> None:
+    page = front.page
+    page.open(f"{front.client.base_url}/")
+    front.show("schedule")
+    front.says("#checked", "Still to fill in: Name, ")
+    front.says("#checked", "Specimen")
+    marked = "document.querySelectorAll('#schedule-view [aria-invalid=true]').length"
+    assert page.evaluate(marked) == 0
+    front.click("#submit")
+    page.wait_for(f"{marked} > 0")
+    assert page.evaluate("document.activeElement.id") == "new-name"
+    front.says("#wrong-specimen", "specimen")
+
+
+def test_a_stored_design_is_chosen_drawn_and_checked(front: Front) -> None:
+    sine = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.005, "frequency": 4.0, "cycles": 2, "current": 0.5}
+    body = {"name": "two sines", "tests": [{"name": "slow", **sine}, {"name": "fast", **sine, "frequency": 8.0}]}
+    front.client.post("/v1/designs", json=body).raise_for_status()
+    front.page.open(f"{front.client.base_url}/")
+    front.show("schedule")
+    for key, text in (("rig", "modbus://127.0.0.1:5020"), ("specimen", "damper 7")):
+        front.fill(f"#new-{key}", text)
+    front.page.wait_for("document.querySelectorAll('#design option').length === 2")
+    front.page.evaluate("document.querySelector('#design').selectedIndex = 1")
+    front.page.evaluate("document.querySelector('#design').dispatchEvent(new Event('change'))")
+    front.says("#plan-said", "2 tests from two sines")
+    front.says("#checked", "It fits")
+    front.page.wait_for("(document.querySelector('#draw-time').data || [{}])[0].name === 'fast'")
+    assert front.page.evaluate("document.querySelector('#new-name').value") == "two sines"
+
+
+def test_a_test_that_an_explanation_proposes_comes_with_its_rig_and_specimen(front: Front) -> None:
+    page = front.page
+    page.open(f"{front.client.base_url}/")
+    test = {"name": "next", "kind": "sine", "sample_rate": 1000.0, "amplitude": 0.005, "frequency": 4.0, "cycles": 2}
+    of = {"name": "more of it", "rig": "modbus://127.0.0.1:5021", "specimen": "damper 8"}
+    page.evaluate(f"import('/static/schedule.js').then(form => form.takeTests([{json.dumps(test)}], {json.dumps(of)}))")
+    front.show("schedule")
+    front.says("#checked", "It fits")
+    for key, text in of.items():
+        assert page.evaluate(f"document.querySelector('#new-{key}').value") == text
 
 
 def test_a_job_whose_answer_was_lost_is_created_once(front: Front, folder: Path) -> None:

@@ -222,5 +222,5 @@ def test_nothing_is_kept_of_what_floods_in_while_an_answer_is_owed(port: int) ->
         with suppress(ConnectionResetError):  # the service closes on what it has not read
             while piece := peer.recv(2**16):
                 got += piece
-    assert peak < 20 * LONGEST_HEAD
+    assert peak < 4 * len(ENDLESS)  # a few reads of the socket, and not the 13 MB
     assert got.startswith(b"HTTP/1.1 200")

@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from benchmarks.hidden.case import case
 from identification.errors import DataError
 from identification.fitting import fit, fit_from_many, fit_records, profile, warnings
+from identification.fitting.discretisation import with_solver_error
 from identification.fitting.frogs import frog_leaping
-from identification.fitting.leastsquares import _inverse
+from identification.fitting.leastsquares import inverse_gram
 from identification.models.motion import Motion
 from identification.physical.literature import literature
 from identification.physical.model import Model, element
@@ -50,6 +52,30 @@ TRUE = Model(
 )
 
 
+STIFF = Model(
+    name="s",
+    elements=(
+        element("valve_damping", {"c_soft": 900.0, "c_firm": 2100.0, "u_soft": 0.3, "u_firm": 1.6, "w_knee": 0.1}),
+        element("series_compliance", {"k": 1e5, "c": 0.0}, ("c",)),
+    ),
+)
+
+
+def every(record: Record, step: int) -> Record:
+    """Each step-th sample of a record."""
+    names = ("x", "v", "a", "i", "temperature", "t")
+    series = {name: getattr(record.motion, name)[::step].copy() for name in names}
+    motion = replace(record.motion, dt=step * record.motion.dt, **series)
+    force = record.force[::step].copy()
+    return replace(record, motion=motion, force=force, window=slice(0, force.size))
+
+
+def quiet(record: Record) -> Record:
+    """The record with a hundredth of its noise."""
+    noise = SIGMA * np.random.default_rng(0).standard_normal(record.force.size)
+    return replace(record, force=record.force - 0.99 * noise, sigma=0.01 * SIGMA)
+
+
 @pytest.mark.parametrize("seed", [0, 3])
 def test_from_thirty_percent_off_the_fit_of_a_null_specimen_reaches_the_noise(seed: int) -> None:
     hidden = case(seed, "null")
@@ -71,8 +97,42 @@ def test_the_stated_deviation_is_that_of_repeated_experiments() -> None:
     assert np.all(np.abs(values.mean(axis=0) - TRUE.values()[TRUE.free()]) < 4 * stated / np.sqrt(24))
 
 
+def remembering(seed: int, name: str = "r", frequency: float = 1.7) -> Record:
+    """The same with noise that remembers 50 samples, as a filter in the load cell's amplifier makes it."""
+    record, pole = recorded(TRUE, name, seed=seed, frequency=frequency), 0.98
+    white = np.random.default_rng(seed).standard_normal(record.force.size)
+    noise = lfilter([np.sqrt(1.0 - pole**2)], [1.0, -pole], white)
+    return replace(record, force=record.force + SIGMA * (noise - white))
+
+
+@pytest.mark.parametrize("frequencies", [(1.7,), (1.7, 0.9, 2.3, 3.1)])
+def test_the_stated_deviation_holds_where_the_noise_remembers(frequencies: tuple[float, ...]) -> None:
+    true, free = TRUE.values(), TRUE.free()
+    inside = []
+    for seed in range(40):
+        records = [remembering(100 * seed + k, str(k), f) for k, f in enumerate(frequencies)]
+        found = fit_records(TRUE, records)
+        inside.append(np.abs(found.model.values() - true)[free] < 1.96 * np.sqrt(np.diag(found.covariance)))
+    assert np.mean(inside) > 0.88  # it was 0.3 to 0.4
+
+
+def test_the_stated_deviation_holds_what_the_solver_does_at_a_coarse_step() -> None:
+    fine = quiet(recorded(STIFF, frequency=6.0))
+    coarse = every(fine, 10)
+    found = fit_records(STIFF, [coarse])
+    wider = with_solver_error(found, [coarse])
+    off = np.abs(found.model.values() - STIFF.values())[STIFF.free()]
+    before, after = (np.sqrt(np.diag(f.covariance)) for f in (found, wider))
+    assert np.any(off > 4.0 * before)
+    assert np.all(off < 3.0 * after)
+    noisy = recorded(STIFF, frequency=6.0)
+    plain = fit_records(STIFF, [noisy])
+    again = with_solver_error(plain, [noisy])  # where the noise hides the solver's error, nothing is wider
+    assert np.sqrt(np.diag(again.covariance)) == pytest.approx(np.sqrt(np.diag(plain.covariance)), rel=0.05)
+
+
 def test_what_the_data_hardly_see_has_a_huge_deviation_and_a_finite_one() -> None:
-    variances = np.diag(_inverse(np.diag([1e-310, 1e-190, 4.0])))
+    variances = np.diag(inverse_gram(np.diag([1e-310, 1e-190, 4.0])))
     assert np.all(np.isfinite(variances))
     assert variances[:2].min() > 1e11
     assert variances[2] == pytest.approx(0.25)

@@ -16,6 +16,7 @@ from identification.discrepancy.aliases import aliases
 from identification.discrepancy.curves import interval_of_rms
 from identification.discrepancy.excess import contribution, excess_of, form_error
 from identification.discrepancy.notes import coarse, unnamed
+from identification.discrepancy.search import search
 from identification.discrepancy.trials import Trial, is_mistaken
 from identification.errors import DataError
 from identification.fitting import fit
@@ -68,6 +69,32 @@ def test_names_that_do_not_close_the_gap_on_unseen_runs_explain_it_only_in_part(
     assert found.verdict == Verdict.PARTLY_EXPLAINED
     assert f"held-out runs {found.held_out.final:.3g} N rms stays" in found.remainder
     assert worn.run_id in found.remainder
+
+
+def test_names_with_which_unseen_runs_are_worse_than_with_the_base_are_taken_back() -> None:
+    train, held = campaign("linear_stiffness", seed=3)
+    x = held[0].channels["displacement"]
+    other = with_channel(held[0], "force", held[0].channels["force"] - 6000.0 * x, "N")
+    found = explain(BASE, train, [other])
+    assert found.effects == ()
+    assert found.verdict == Verdict.UNKNOWN_EFFECT
+    assert found.held_out.final <= found.held_out.base_refitted * 1.001
+    assert "the held-out runs are worse with it than with the refitted base" in found.remainder
+    [taken_back] = found.withheld
+    assert taken_back.name == "linear_stiffness"
+
+
+def test_of_names_that_leave_a_part_each_that_closes_much_stays() -> None:
+    runs = [run("moving_mass", k, seed=3) for k in (0, 1, 2, 4)]
+    rub = [14.0 * np.sin(2 * np.pi * r.channels["displacement"] / 0.004) for r in runs]  # of which nothing is known
+    forces = [r.channels["force"] + 4000.0 * r.channels["displacement"] + e for r, e in zip(runs, rub, strict=True)]
+    records = [compact(record_from_run(with_channel(r, "force", f, "N"))) for r, f in zip(runs, forces, strict=True)]
+    found = search(BASE, fit_records(BASE, records), records)
+    assert not naming.explains(found)
+    assert {"linear_stiffness", "moving_mass"} <= set(found.names)
+    for name in found.names:
+        without = excess_of(found.compared[name].without)
+        assert found.excess < (1.0 - FORM.closes) * without
 
 
 def test_a_search_that_leads_no_further_goes_on_from_the_better_fit_it_had_passed_over() -> None:

@@ -65,7 +65,8 @@ async function nextTest(report) {
   const next = (await get(report)).next_test;
   if (!next.design.kind) throw new Error(next.text || "No further test is worth its rig time.");
   location.hash = "#schedule";
-  takeTests([next.design], "the explanation");
+  const { name, rig, specimen } = chosen();
+  takeTests([next.design], { name: `${name}, next test`.slice(0, 200), rig, specimen });
 }
 
 async function ask(event) {

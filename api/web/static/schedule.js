@@ -16,6 +16,7 @@ let changes = 0; // of the form: a check of what stands no longer there says not
 let timer = null;
 let warmUp = null; // of a plan file
 let drawn = null; // the card whose test is drawn
+const touched = new Set(); // texts of the form that a person has begun: before, an empty one is not called wrong
 
 const texts = ["name", "rig", "specimen", "operator"];
 const field = (key) => at("new-" + key);
@@ -102,17 +103,24 @@ export function wrong(input, line, text) {
   else input.removeAttribute("aria-invalid");
 }
 
+const waitsForText = (key) => texts.includes(key) && !field(key).value && !touched.has(key);
+const labelOf = (key) => document.querySelector(`label[for="new-${key}"]`).textContent;
+
 // Each error stands at its field; one that has none stands at its test, or under the form.
 function place(refused) {
   const rest = [];
+  const empty = [];
   const errors = refused.errors.length ? refused.errors : [{ pointer: "", detail: refused.message }];
   for (const error of errors) {
     const [, top, index, ...path] = error.pointer.split("/");
-    if (top === "tests" && cards[index]) cards[index].wrong(path.join("/"), error.detail);
+    if (waitsForText(top)) empty.push(labelOf(top));
+    else if (top === "tests" && cards[index]) cards[index].wrong(path.join("/"), error.detail);
     else if (at("wrong-" + top)) wrong(field(top), at("wrong-" + top), error.detail);
     else rest.push(error.detail);
   }
-  set(at("checked"), errors.length === 1 ? "One thing must be changed." : `${errors.length} things must be changed.`);
+  const wrongs = errors.length - empty.length;
+  set(at("checked"), [empty.length ? `Still to fill in: ${empty.join(", ")}.` : "",
+    wrongs === 1 ? "One thing must be changed." : wrongs ? `${wrongs} things must be changed.` : ""].join(" ").trim());
   show(at("wrong"), rest.length);
   set(at("wrong"), rest.join(" "));
 }
@@ -142,28 +150,38 @@ const draw = oneAtATime(async () => {
   set(at("draw-hint"), motion.shown_s < motion.duration_s ? `The first ${seconds(motion.shown_s)} of ${seconds(motion.duration_s)}.` : "");
 });
 
-// Tests of a file become tests of the form; what the form has no fields for is kept as it is.
-export function takeTests(tests, from) {
+// Tests from elsewhere become tests of the form as they are. of: the name, and perhaps the rig and the specimen.
+export function takeTests(tests, of) {
   cards.splice(0).forEach((card) => card.node.remove());
   warmUp = null;
-  for (const config of tests) add({ config, from });
-  if (!field("name").value) field("name").value = from.replace(/\.[a-z0-9]+$/i, "");
+  for (const config of tests) add({ config, from: of.name });
+  for (const [key, text] of Object.entries(of)) if (key !== "name" || !field(key).value) field(key).value = text;
 }
 
 // A JSON file is read here; the service reads the others, stores their tests as a design, and says what is wrong.
 async function takePlan(file) {
-  let plan;
-  if (file.name.toLowerCase().endsWith(".json")) {
-    const read = JSON.parse(await file.text());
-    plan = Array.isArray(read) ? { tests: read } : { tests: read.tests ?? [], warm_up: read.warm_up };
-  } else {
-    const design = await createFromFile(`/v1/designs/file?file=${encodeURIComponent(file.name)}`, file);
-    const kept = await get(`/v1/designs/${design.id}`);
-    plan = { tests: kept.configurations, warm_up: kept.warm_up };
+  if (!file.name.toLowerCase().endsWith(".json")) {
+    return takeDesign((await createFromFile(`/v1/designs/file?file=${encodeURIComponent(file.name)}`, file)).id);
   }
-  takeTests(plan.tests, file.name);
-  warmUp = plan.warm_up ?? null;
-  set(at("plan-said"), `${plan.tests.length} ${plan.tests.length === 1 ? "test" : "tests"} from ${file.name}` + (warmUp ? ", with its warm-up" : ""));
+  const read = JSON.parse(await file.text());
+  take(file.name, Array.isArray(read) ? read : read.tests ?? [], read.warm_up);
+}
+
+async function takeDesign(id) {
+  const design = await get(`/v1/designs/${id}`);
+  take(design.name, design.configurations, design.warm_up);
+}
+
+function take(name, tests, warm) {
+  takeTests(tests, { name: name.replace(/\.[a-z0-9]+$/i, "") });
+  warmUp = warm ?? null;
+  set(at("plan-said"), `${tests.length} ${tests.length === 1 ? "test" : "tests"} from ${name}` + (warmUp ? ", with its warm-up" : ""));
+}
+
+async function listDesigns() {
+  const { designs } = await get("/v1/designs?limit=200");
+  const one = ({ id, name }) => make("option", { value: id, selected: id === at("design").value }, name);
+  at("design").replaceChildren(at("design").options[0], ...designs.map(one));
 }
 
 async function submit(event) {
@@ -176,6 +194,7 @@ async function submit(event) {
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
       clearErrors();
+      texts.forEach((key) => touched.add(key));
       place(error);
       const first = document.querySelector('#schedule-view [aria-invalid="true"]');
       if (first) first.focus();
@@ -196,19 +215,21 @@ export function showSchedule() {
   if (!field("rig").value && rig) field("rig").value = rig.url;
   if (!cards.length) add({ kind: "sine" });
   else draw();
+  listDesigns().catch(() => {}); // the banner says that the service is away
 }
 
 at("schedule").addEventListener("submit", submit);
 at("submit").disabled = false; // before this line the browser itself would send the form, and what was typed would be lost
-at("schedule").addEventListener("input", (event) => { if (event.target.id.startsWith("new-") && event.target.type !== "file") checkSoon(); });
+at("schedule").addEventListener("input", ({ target }) => {
+  if (!target.id.startsWith("new-")) return;
+  touched.add(target.id.slice("new-".length));
+  checkSoon();
+});
 at("add-test").addEventListener("click", () => add({ kind: "sine", name: freeName("test") }));
+const orSay = (taken) => taken.catch((error) => set(at("plan-said"), error.message));
 at("plan").addEventListener("change", async () => {
   const [file] = at("plan").files;
-  if (!file) return;
-  try {
-    await takePlan(file);
-  } catch (error) {
-    set(at("plan-said"), error.message);
-  }
+  if (file) await orSay(takePlan(file));
   at("plan").value = "";
 });
+at("design").addEventListener("change", () => { if (at("design").value) orSay(takeDesign(at("design").value)); });

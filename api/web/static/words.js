@@ -53,10 +53,12 @@ export function campaignState(campaign) {
   return campaign.asked ? "stopping …" : "running";
 }
 
+const UNITS = { force: "N", displacement: "m", current: "A", temperature: "°C", pressure: "Pa" };
+
 // An interlock as it is written (channel:low:high:action:time) in words.
 export function interlock(text) {
   const [channel, low, high, action, after] = text.split(":");
   if (!action) return text;
-  const ends = [low && low !== "-inf" ? "from " + low : "", high && high !== "inf" ? "to " + high : ""];
-  return `${channel} ${ends.filter(Boolean).join(" ")}, else ${action}${after ? " after " + after + " s" : ""}`;
+  const end = (word, value) => Number.isFinite(Number(value)) ? `${word} ${String(Number(value)).replace("-", "−")} ${UNITS[channel] ?? ""}` : "";
+  return `${channel} ${[end("from", low), end("to", high)].filter(Boolean).join(" ")}, else ${action}${after ? " after " + after + " s" : ""}`;
 }
