@@ -51,7 +51,7 @@ from api.settings import Settings
 
 __all__ = ["create_app"]
 
-_STREAMED = ("/v1/runs",)  # routes that limit and store what they are sent themselves
+_STREAMED = ("/v1/runs", "/v1/designs/file")  # routes that limit and store what they are sent themselves
 _DESIGNING = ("/v1/campaigns", "/v1/campaigns/check", "/v1/tests/draw", "/v1/designs")  # their tests are designed
 MOST_BODY_BYTES = 2**20  # of JSON: the largest campaign of the tests has 0.2 MB; 1 MB is parsed in 0.02 s
 
@@ -102,7 +102,9 @@ def create_app(settings: Settings, *, with_workers: bool = True, connections: Co
         redoc_url=None,
         openapi_url=None,  # a route of docs, which refuses what it does not read like every other
         dependencies=[Depends(refuse_what_is_not_read)],
-        responses=problem_answers(400, 401, 403, 404, 408, 409, 410, 412, 413, 415, 422, 429, 500, 503, 504, 507),
+        responses=problem_answers(
+            400, 401, 403, 404, 408, 409, 410, 412, 413, 415, 422, 428, 429, 500, 502, 503, 504, 507
+        ),
     )
     for routes in (  # tried in this order
         campaigns,

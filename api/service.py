@@ -86,6 +86,7 @@ def open_service(settings: Settings, access: Access, lines: ServiceEnd, live: Li
 def _run_store(database: Database, settings: Settings) -> RunStore:
     runs = open_runs(database, settings)
     runs.put_uploads_right()
+    runs.samples.put_right()
     return runs
 
 

@@ -59,7 +59,7 @@ class Settings:
     envelopes: str = ""  # files of what every rig and specimen can do, separated as in PATH
     keep_results_days: float = 365.0  # until the files of a job's result are removed, from its end; its record stays
     least_free_bytes: int = LEAST_FREE_BYTES  # on the disk of data_dir; below, no test begins and no upload is kept
-    most_upload_bytes_total: int = MOST_UPLOAD_BYTES_TOTAL  # of all uploaded runs
+    most_upload_bytes_total: int = MOST_UPLOAD_BYTES_TOTAL  # of all uploaded runs and samples
     job_memory_bytes: int = 0  # that a process of a job may take (Linux); 0: half of the computer's memory
     log_format: str = "text"  # text, or json: one JSON object a line
     access: str = "open"  # open: on loopback, until the first key is made; keys: always

@@ -16,7 +16,7 @@ from excitation.kinds import Kind
 from excitation.signal import JSON, Excitation
 from excitation.untrusted import open_hdf5, parse_json
 
-__all__ = ["FORMAT", "get_excitation", "put_excitation", "read_hdf5", "write_hdf5"]
+__all__ = ["FORMAT", "get_excitation", "hdf5_bytes", "put_excitation", "read_hdf5", "write_hdf5"]
 
 FORMAT = "damper-rig/excitation"
 VERSION = 1
@@ -32,6 +32,15 @@ def write_hdf5(path: Path, excitation: Excitation) -> None:
     """Writes one excitation; the same excitation gives the same bytes."""
     with h5py.File(path, "w", libver=("earliest", "v110")) as file:
         put_excitation(file, excitation)
+
+
+def hdf5_bytes(excitation: Excitation) -> bytes:
+    """The content of an excitation file; the same excitation gives the same bytes."""
+    with h5py.File("excitation.h5", "w", libver=("earliest", "v110"), driver="core", backing_store=False) as file:
+        put_excitation(file, excitation)
+        file.flush()
+        content: bytes = file.id.get_file_image()
+        return content
 
 
 def read_hdf5(path: Path) -> Excitation:

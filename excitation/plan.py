@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 from excitation.configuration import STRICT, key_of, to_config, to_spec
 from excitation.errors import DesignError
@@ -15,6 +15,7 @@ from excitation.signal import JSON, Excitation
 from excitation.synthesis import excitation_from_config
 
 __all__ = [
+    "MakeExcitation",
     "Test",
     "TestConditions",
     "TestPlan",
@@ -24,6 +25,9 @@ __all__ = [
     "test_from_config",
     "test_of",
 ]
+
+MakeExcitation: TypeAlias = "Callable[[Mapping[str, JSON], str], Excitation]"
+"""Makes an excitation from its parameters, as :func:`excitation.synthesis.excitation_from_config` does."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,24 +141,28 @@ class TestConditions:
 _CONDITION_KEYS = frozenset(key_of(one.name) for one in fields(TestConditions))
 
 
-def test_from_config(config: Mapping[str, JSON]) -> Test:
+def test_from_config(
+    config: Mapping[str, JSON],
+    make: MakeExcitation = excitation_from_config,  # noqa: PT028 - no test of pytest
+) -> Test:
     """The test that a configuration (TOML table, JSON object) describes.
 
     Keys: name, kind and the parameters of the kind; optionally held_out, data_set, dwell (s), min_temperature
     and max_temperature (°C), before (a list of steps), on_failure, retries; of a warm-up energy (J) and
-    to_temperature (°C); limits, a table as :class:`excitation.limits_given.TestLimits` reads it.
+    to_temperature (°C); limits, a table as :class:`excitation.limits_given.TestLimits` reads it. ``make`` is given the
+    kind and its parameters: who keeps samples elsewhere makes the excitations of a kind of its own.
 
     Raises DesignError: one line with the test's name, the key, the value and what would be right.
     """
-    return _test(config, "test")
+    return _test(config, "test", make)
 
 
-def _test(config: Mapping[str, JSON], where: str) -> Test:
+def _test(config: Mapping[str, JSON], where: str, make: MakeExcitation) -> Test:
     if not isinstance(config, Mapping):
         raise DesignError(f"{where} is {config!r}: it must be a table with name, kind and parameters")
     conditions = to_spec(TestConditions, {k: v for k, v in config.items() if k in _CONDITION_KEYS}, where)
     parameters = {k: v for k, v in config.items() if k not in _CONDITION_KEYS}
-    return _with_conditions(conditions, excitation_from_config(parameters, f"test {conditions.name!r}"))
+    return _with_conditions(conditions, make(parameters, f"test {conditions.name!r}"))
 
 
 def _with_conditions(conditions: TestConditions, excitation: Excitation) -> Test:
@@ -178,7 +186,7 @@ def _with_conditions(conditions: TestConditions, excitation: Excitation) -> Test
 test_from_config.__test__ = False  # type: ignore[attr-defined]  # pytest must not collect it
 
 
-def plan_from_config(config: Mapping[str, JSON]) -> TestPlan:
+def plan_from_config(config: Mapping[str, JSON], make: MakeExcitation = excitation_from_config) -> TestPlan:
     """The plan in {"tests": [...], "warm_up": {...}}: each entry as for ``test_from_config``.
 
     Raises DesignError: one line.
@@ -194,13 +202,13 @@ def plan_from_config(config: Mapping[str, JSON]) -> TestPlan:
     tests, wrong = [], []
     for n, entry in enumerate(entries):
         try:
-            tests.append(_test(entry, f"tests[{n}]"))
+            tests.append(_test(entry, f"tests[{n}]", make))
         except DesignError as error:
             wrong.append(error.below("", "tests", n))
     warm_up = None
     if config.get("warm_up") is not None:
         try:
-            warm_up = _test(config["warm_up"], "warm_up")  # type: ignore[arg-type]
+            warm_up = _test(config["warm_up"], "warm_up", make)  # type: ignore[arg-type]
         except DesignError as error:
             wrong.append(error.below("", "warm_up"))
     if wrong:

@@ -17,6 +17,7 @@ from excitation.errors import DesignError, ExcitationError, ExcitationFileError
 from excitation.hdf5 import FORMAT, get_excitation, put_excitation
 from excitation.plan import Test, TestPlan, conditions_of, config_of, plan_from_config, test_of
 from excitation.signal import JSON
+from excitation.spreadsheet import TIME
 from excitation.untrusted import DAMAGE, open_hdf5, parse_json
 
 __all__ = ["PLAN_FORMAT", "holds_a_plan", "read_plan", "read_plan_config", "write_plan"]
@@ -102,7 +103,7 @@ def holds_a_plan(path: Path) -> bool:
     ending = path.suffix.lower()
     if ending == ".csv" and path.is_file():
         with path.open(encoding="utf-8-sig", errors="replace") as file:
-            return not file.readline().startswith("time (s)")
+            return TIME not in [cell.strip('"') for cell in file.readline().rstrip("\n").split(",")]
     if ending == ".h5" and path.is_file():
         with suppress(*DAMAGE), open_hdf5(path, ExcitationFileError) as file:
             return bool(file.attrs.get("format") != FORMAT)

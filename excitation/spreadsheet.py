@@ -17,9 +17,9 @@ from excitation.kinds import Kind
 from excitation.signal import JSON, Excitation
 from excitation.untrusted import parse_json
 
-__all__ = ["read_csv", "write_csv"]
+__all__ = ["TIME", "read_csv", "write_csv"]
 
-_TIME, _DISPLACEMENT, _CURRENT = "time (s)", "displacement_command (m)", "current_command (A)"
+TIME, _DISPLACEMENT, _CURRENT = "time (s)", "displacement_command (m)", "current_command (A)"
 _DESCRIPTION = "description"
 
 
@@ -28,7 +28,7 @@ def write_csv(path: Path, excitation: Excitation) -> None:
     columns = [excitation.displacement_m.tolist()]
     if excitation.current_a is not None:
         columns.append(excitation.current_a.tolist())
-    names = [_TIME, _DISPLACEMENT, _CURRENT][: 1 + len(columns)]
+    names = [TIME, _DISPLACEMENT, _CURRENT][: 1 + len(columns)]
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
         out.writerow([*names, _DESCRIPTION])
@@ -57,19 +57,19 @@ def read_csv(path: Path) -> Excitation:
     with path.open(newline="", encoding="utf-8-sig") as file:
         rows = csv.reader(file)
         header = next(rows, [])
-        for name in (_TIME, _DISPLACEMENT):
+        for name in (TIME, _DISPLACEMENT):
             if name not in header:
                 raise ExcitationFileError(
                     f"{path}: line 1 has no column {name!r}: it has {', '.join(header) or 'none'}"
                 )
         table = [row for row in rows if row]
-    names = [name for name in (_TIME, _DISPLACEMENT, _CURRENT) if name in header]
+    names = [name for name in (TIME, _DISPLACEMENT, _CURRENT) if name in header]
     samples = {name: _numbers(path, table, header.index(name), name) for name in names}
     said = _read_description(path, table, header)
     try:
         return Excitation(
             kind=Kind(said.get("excitation_kind", Kind.CUSTOM)),
-            sample_rate_hz=float(said.get("sample_rate", _measured_rate(path, samples[_TIME]))),
+            sample_rate_hz=float(said.get("sample_rate", _measured_rate(path, samples[TIME]))),
             period_samples=int(said.get("period_samples", 0)),
             displacement_m=np.array(samples[_DISPLACEMENT]),
             current_a=np.array(samples[_CURRENT]) if _CURRENT in samples else None,

@@ -13,6 +13,8 @@ _TONE_RATIO = 25.0  # a bin this far above the median of its neighbours is a ton
 _TONE_NEIGHBOURS = 101
 _BANDS = 32  # at most, of equal width, up to half the sample rate
 _LEAST_LINES = 8  # in a band
+_LEAST_CYCLES = 10.0  # fewer leave too little between their harmonics
+_LOBE = 3.0  # lines on either side of a harmonic that Hann's window spreads it over
 _LINE_MEDIANS = 6.0  # times the median: what is higher is a line; 1.6 % of noise is
 _KEPT = 0.934  # mean of the rest of an exponential over its whole mean: 1 − t/(eᵗ − 1), t = 6·ln 2
 _ALIKE = 4.0  # variance of the median of lines of noise through Hann's window, over its square, times their number
@@ -83,20 +85,23 @@ def _running_median(power: Floats) -> Floats:
     return np.interp(np.arange(power.size), valid, medians)
 
 
-def from_cycles(force: Floats, displacement: Floats, sample_rate_hz: float) -> float | None:
-    """Noise of a force under a near-sinusoidal motion, N: what is left after every harmonic of the motion is taken out.
+def from_cycles(force: Floats, displacement: Floats, sample_rate_hz: float) -> tuple[float, float] | None:
+    """Noise of a force under a near-sinusoidal motion, N, and the share of its spectrum that tells it.
 
-    None where the motion is not a steady sine or is too short.
+    What lies between the harmonics of the motion, up to half the sample rate: a friction has hundreds of them. None
+    where the motion is not a steady sine or is too short.
     """
-    n = force.size
-    t = np.arange(n) / sample_rate_hz
     f0 = _fundamental(displacement, sample_rate_hz)
-    if f0 is None or n * f0 / sample_rate_hz < 6.0:
+    cycles = 0.0 if f0 is None else force.size * f0 / sample_rate_hz
+    if cycles < _LEAST_CYCLES:
         return None
-    count = int(min(40, 0.45 * sample_rate_hz / f0, n / 8))
-    basis = _harmonics(t, f0, count)
-    rest = force - basis @ _solved(basis, force)
-    return float(np.sqrt(np.sum(rest**2) / max(n - basis.shape[1], 1)))
+    window = np.hanning(force.size)
+    power = np.abs(np.fft.rfft((force - force.mean()) * window)) ** 2 / float(window @ window)
+    away = np.abs((np.arange(power.size) + 0.5 * cycles) % cycles - 0.5 * cycles) > _LOBE
+    away[: int(cycles)] = away[-1] = False  # a drift is no noise
+    noise = power[away]
+    kept = noise[noise <= _LINE_MEDIANS * float(np.median(noise))]
+    return float(np.sqrt(np.mean(kept) / _KEPT)), noise.size / power.size
 
 
 def _fundamental(x: Floats, sample_rate_hz: float) -> float | None:

@@ -277,9 +277,9 @@ def _noise_of(x: Floats, force: Floats, rate: float, bandwidth_hz: float, steady
     """
     edge = _edge(rate, bandwidth_hz, force.size)
     inner = slice(edge, force.size - edge)
-    sigma = from_cycles(force[inner], x[inner], rate) if steady else None
-    if sigma is not None:
-        return sigma, 1.0, "what is left beside the harmonics of the motion"
+    cycles = from_cycles(force[inner], x[inner], rate) if steady else None
+    if cycles is not None:
+        return cycles[0], _MEDIAN_AND_MEAN / cycles[1], "what lies between the harmonics of the motion"
     sigma, share = high_frequency(force[inner])
     return sigma, _MEDIAN_AND_MEAN / share, "the highest frequencies that its filter lets through"
 

@@ -57,6 +57,39 @@ def chromium() -> Path:
     return Path(str(found))
 
 
+LONG_FIRST = (  # files of more than some 10 s: begun last, one of them would run alone while a core rests
+    "test_demo.py",
+    "test_rig_commands.py",
+    "test_service.py",
+    "test_autopilot.py",
+    "test_naming.py",
+    "test_naming_of_hidden_cases.py",
+    "test_readme.py",
+    "test_explanations.py",
+    "test_command_line.py",
+    "test_few_descriptors.py",
+    "test_determinism.py",
+    "test_replay.py",
+    "test_playing.py",
+    "test_full_disk_midway.py",
+    "test_fmu.py",
+    "test_jobs.py",
+    "test_killed.py",
+    "test_ending_signals.py",
+    "test_backup.py",
+    "test_job_memory.py",
+    "test_queues.py",
+    "test_clock_jumps.py",
+    "test_page.py",
+)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files in the order in which they are handed to the workers: the long ones first."""
+    rank = {name: k for k, name in enumerate(LONG_FIRST)}
+    items.sort(key=lambda item: rank.get(item.path.name, len(rank)))
+
+
 def pytest_configure() -> None:
     """Give child processes the signals that a terminal gives them: nohup and background shells ignore some of them."""
     if threading.current_thread() is threading.main_thread():

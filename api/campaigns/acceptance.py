@@ -15,6 +15,7 @@ from api.errors import Conflict, InputError
 from api.store.database import Database
 from api.store.idempotency import GivenAnswer, IdempotencyKeys, KeyedRequest
 from api.store.runs import RunStore
+from excitation import TestPlan
 from rigctl.errors import UrlError
 
 __all__ = ["Acceptance", "Wanted"]
@@ -25,6 +26,7 @@ class Wanted:
     """A campaign that somebody asks for, checked already. ``request``: where it came with a key."""
 
     new: NewCampaign
+    plan: TestPlan
     created_by: str
     request: KeyedRequest | None
     answer: Callable[[Campaign], GivenAnswer]
@@ -45,7 +47,7 @@ class Acceptance:
 
         def made() -> GivenAnswer:
             self._runs.check_room()
-            return wanted.answer(self._campaigns.create(wanted.new, created_by=wanted.created_by))
+            return wanted.answer(self._campaigns.create(wanted.new, plan=wanted.plan, created_by=wanted.created_by))
 
         return (made(), False) if wanted.request is None else self._keys.once(wanted.request, made)
 
@@ -79,7 +81,7 @@ class Acceptance:
                 continue
             if key is not None:
                 taken.add(key)
-            found[k] = Placed(new=one.new, rig=rig, created_by=one.created_by)
+            found[k] = Placed(new=one.new, plan=one.plan, rig=rig, created_by=one.created_by)
         return found
 
 

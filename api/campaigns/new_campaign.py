@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cached_property
@@ -11,16 +11,19 @@ from typing import Any, ClassVar
 from api.campaigns.typed_tests import EnvelopeConfig, TestConfig
 from api.errors import InputError
 from api.findings import Findings
+from api.store.samples import plays_samples
 from excitation import TestPlan, plan_from_config
 from excitation.configuration import to_spec
 from excitation.envelope import predict_plan
+from excitation.plan import MakeExcitation
 from excitation.rig import Envelope
+from excitation.synthesis import excitation_from_config
 from rigctl.address import check_address
 from rigctl.calibration import calibrations_from, check_valid
 from rigctl.canonical import canonical_address
 from rigctl.interlocks import interlock
 
-__all__ = ["NewCampaign", "check_reads_no_file", "check_text", "note_excesses"]
+__all__ = ["NewCampaign", "check_reads_no_file", "check_text", "note_excesses", "plan_of"]
 
 TEXTS = ("operator", "specimen_serial", "fixture", "oil")
 _MOST_TESTS = 500
@@ -105,20 +108,21 @@ class NewCampaign:
         with found.at("envelopes"):
             if len(self.envelopes) > _MOST_ENVELOPES:
                 raise InputError(f"envelopes has {len(self.envelopes)} entries: at most {_MOST_ENVELOPES}")
-        if len(found.found) > before:
-            return
-        with found.at():
-            plan = self.plan
-            for number, test in enumerate(plan.tests):
-                with found.at("tests", number, "name"):
-                    check_text("test name", test.name, 200)
-            if plan.duration_s > _MOST_RIG_TIME_S:
-                raise InputError(
-                    f"tests take {plan.duration_s:.3g} s of rig time: at most {_MOST_RIG_TIME_S:g} s a campaign"
-                )
-            for number, table in enumerate(self.envelopes):
-                with found.at("envelopes", number):
-                    note_excesses(plan, to_spec(Envelope, table, f"envelopes[{number}]"), found)
+        if len(found.found) == before and not self.plays_samples:
+            with found.at():
+                self._check_plan(self.plan, found)
+
+    def _check_plan(self, plan: TestPlan, found: Findings) -> None:
+        for number, test in enumerate(plan.tests):
+            with found.at("tests", number, "name"):
+                check_text("test name", test.name, 200)
+        if plan.duration_s > _MOST_RIG_TIME_S:
+            raise InputError(
+                f"tests take {plan.duration_s:.3g} s of rig time: at most {_MOST_RIG_TIME_S:g} s a campaign"
+            )
+        for number, table in enumerate(self.envelopes):
+            with found.at("envelopes", number):
+                note_excesses(plan, to_spec(Envelope, table, f"envelopes[{number}]"), found)
 
     @property
     def prepared(self) -> dict[str, Any]:
@@ -129,12 +133,40 @@ class NewCampaign:
     def own_envelopes(self) -> tuple[Envelope, ...]:
         return tuple(to_spec(Envelope, table, f"envelopes[{n}]") for n, table in enumerate(self.envelopes))
 
+    @property
+    def plays_samples(self) -> bool:
+        """Whether a test plays stored samples: then its plan is not checked before they are read."""
+        return any(map(plays_samples, (*self.tests, self.warm_up or {})))
+
     @cached_property
     def plan(self) -> TestPlan:
-        if self.warm_up is not None:
-            check_reads_no_file(self.warm_up)
-        warm_up = {} if self.warm_up is None else {"warm_up": self.warm_up}
-        return plan_from_config({"tests": self.tests, **warm_up})
+        """Of tests that are all designed."""
+        return plan_of(self.tests, self.warm_up)
+
+    def planned(self, make: MakeExcitation) -> TestPlan:
+        """The plan, with samples as ``make`` reads them; raises Refused, which lists everything that is wrong."""
+        if not self.plays_samples:
+            return self.plan
+        found = Findings()
+        with found.at():
+            plan = plan_of(self.tests, self.warm_up, make)
+            self._check_plan(plan, found)
+        found.refuse()
+        return plan
+
+
+def plan_of(
+    tests: Sequence[Mapping[str, Any]],
+    warm_up: Mapping[str, Any] | None,
+    make: MakeExcitation = excitation_from_config,
+) -> TestPlan:
+    """The plan of tests that somebody has sent. Any: JSON.
+
+    Raises DesignError, and InputError where the warm-up would read a file of this computer.
+    """
+    if warm_up is not None:
+        check_reads_no_file(warm_up)
+    return plan_from_config({"tests": list(tests), **({} if warm_up is None else {"warm_up": dict(warm_up)})}, make)
 
 
 def note_excesses(plan: TestPlan, envelope: Envelope, found: Findings) -> None:

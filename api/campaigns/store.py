@@ -21,7 +21,9 @@ from api.store.campaign_numbers import campaign_number, unknown_campaign
 from api.store.clock import now
 from api.store.database import Database
 from api.store.many_rows import ManyRows
+from api.store.samples import hold_samples
 from api.store.tables import campaigns, events, rigs, tests
+from excitation import TestPlan
 
 __all__ = [
     "OPEN_STATES",
@@ -58,9 +60,10 @@ OPEN_STATES = (CampaignState.ACCEPTED, CampaignState.RUNNING)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Placed:
-    """A campaign that is to be stored, and the registered rig that it is for."""
+    """A campaign that is to be stored, its plan, and the registered rig that it is for."""
 
     new: NewCampaign
+    plan: TestPlan
     rig: Rig
     created_by: str = ""
 
@@ -71,13 +74,15 @@ class CampaignStore:
     def __init__(self, database: Database) -> None:
         self._database = database
 
-    def create(self, new: NewCampaign, *, created_by: str = "") -> Campaign:
+    def create(self, new: NewCampaign, *, plan: TestPlan | None = None, created_by: str = "") -> Campaign:
         """Store a new campaign; a rig whose address is not registered is registered on the way.
 
-        Raises InputError where its rig is neither a registered one nor an address.
+        ``plan``: of a campaign that names samples. Raises InputError where its rig is neither a registered one nor an
+        address, and where its samples are not stored.
         """
         with self._database.writing() as connection:
-            placed = Placed(new=new, rig=ensure_rig(connection, new.rig), created_by=created_by)
+            rig = ensure_rig(connection, new.rig)
+            placed = Placed(new=new, plan=plan or new.plan, rig=rig, created_by=created_by)
             return insert_campaigns(connection, [placed])[0]
 
     def campaign(self, campaign_id: str) -> Campaign:
@@ -158,7 +163,10 @@ class CampaignStore:
             connection.execute(campaigns.delete().where(campaigns.c.number == row.number))
 
     def retry(self, campaign_id: str, *, created_by: str = "") -> Campaign:
-        """A new campaign that repeats one that has ended; raises NotFound, and Conflict where it has not ended."""
+        """A new campaign that repeats one that has ended; raises NotFound, and Conflict where it has not ended.
+
+        Raises InputError where its samples were removed since.
+        """
         with self._database.writing() as connection:
             old = read_campaign(connection, campaigns.c.id == campaign_id, campaign_id)
             if old.state in OPEN_STATES:
@@ -166,6 +174,7 @@ class CampaignStore:
             kept = ("name", "rig", "rig_id", "specimen", "warm_up", "interlocks", "envelopes", "setup")
             copied = select(*(campaigns.c[name] for name in kept)).where(campaigns.c.number == old.number)
             values = connection.execute(copied).one()._asdict()
+            hold_samples(connection, [values["warm_up"], *(test.config for test in old.tests)])
             fresh = {"id": uuid4().hex, "state": CampaignState.ACCEPTED, "reason": "", "created_by": created_by}
             row = campaigns.insert().values(**values, **fresh, created_at_s=now())
             number = connection.scalars(row.returning(campaigns.c.number)).one()
@@ -182,12 +191,13 @@ class CampaignStore:
 
 
 def insert_campaigns(connection: Connection, placed: Sequence[Placed]) -> list[Campaign]:
-    """Store new campaigns, with three statements for all of them."""
+    """Store new campaigns, with three statements for all of them; raises InputError where samples are not stored."""
+    hold_samples(connection, [config for one in placed for config in (*one.new.tests, one.new.warm_up)])
     rows = [_campaign_row(one) for one in placed]
     made = {row.id: row._asdict() for row in _ACCEPTED.insert(connection, rows)}
     numbers = [made[row["id"]]["number"] for row in rows]
     tests_of = [
-        [_test_row(number, position, one.new) for position in range(len(one.new.plan.tests))]
+        [_test_row(number, position, one) for position in range(len(one.plan.tests))]
         for number, one in zip(numbers, placed, strict=True)
     ]
     _TESTS.insert(connection, [row for of in tests_of for row in of])
@@ -337,13 +347,13 @@ def _campaign_row(placed: Placed) -> dict[str, Any]:
     }
 
 
-def _test_row(number: int, position: int, new: NewCampaign) -> dict[str, Any]:
-    test = new.plan.tests[position]
+def _test_row(number: int, position: int, placed: Placed) -> dict[str, Any]:
+    test = placed.plan.tests[position]
     return {
         "campaign": number,
         "position": position,
         "name": test.name,
-        "config": dict(new.tests[position]),
+        "config": dict(placed.new.tests[position]),
         "held_out": test.held_out,
         "duration_s": test.excitation.duration_s + test.dwell_s,
         "state": TestState.WAITING,

@@ -12,6 +12,7 @@ from pydantic import Field as Described
 from pydantic import GetJsonSchemaHandler, TypeAdapter
 from pydantic_core import CoreSchema
 
+from api.store.samples import KIND, SamplesSpec
 from excitation import Envelope
 from excitation.configuration import STRICT, key_of, unit_of
 from excitation.plan import TestConditions
@@ -68,7 +69,7 @@ def _tests() -> tuple[type, ...]:
     steps: Any = list[Annotated[reduce(or_, _steps()), Described(discriminator="step")]]  # type: ignore[misc]  # classes made here
     return tuple(
         _with(f"{name.capitalize()}Test", "kind", name, spec, [("name", str), *_conditions(steps)])
-        for name, spec in SPECS.items()
+        for name, spec in {**SPECS, KIND: SamplesSpec}.items()
     )
 
 

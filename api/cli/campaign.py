@@ -28,7 +28,12 @@ ServiceUrl = Annotated[
 
 @campaign.command("submit")
 def submit(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A campaign, or a plan of tests: TOML or JSON.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="A campaign or plan (TOML, JSON), or a plan or excitation file (.h5, .csv)."
+        ),
+    ],
     rig: Annotated[str | None, typer.Option(help="The rig's address.")] = None,
     specimen: Annotated[str | None, typer.Option(help="What is in the rig.")] = None,
     name: Annotated[str | None, typer.Option(help="Name of the campaign; default: that of the file.")] = None,
@@ -41,12 +46,16 @@ def submit(
 ) -> None:
     """Schedule a campaign: the keys of POST /v1/campaigns in a file; options stand above the file.
 
+    A plan in HDF5 or CSV, and an excitation file as 'damper-rig run' plays it, are stored as a design of the service.
+
     Example: damper-rig campaign submit plan.toml --rig modbus://127.0.0.1:5020 --specimen "damper 7" --watch
     """
-    from api.cli.campaign_file import read_campaign
+    from api.cli.campaign_file import is_sent, read_campaign
 
     body = read_campaign(file, rig=rig, specimen=specimen, name=name)
     with connected(service) as client:
+        if is_sent(file):
+            body["design"] = client.send_plan(file)
         accepted = client.submit(body, key=once)
         if watch_it:
             _watch(client, accepted.id, as_json)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Mapping
+from hashlib import sha256
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -25,7 +27,7 @@ from api.client.answers import (
 from api.client.connection import Connection, Repeat
 from api.client.credentials import Service
 from api.client.download import download, file_name
-from api.errors import ServiceError
+from api.errors import InputError, NotFound, ServiceError, one_line
 
 __all__ = ["Client"]
 
@@ -66,6 +68,26 @@ class Client:
         """
         headers = {"idempotency-key": key or uuid4().hex}
         return campaign_of(self._post("/v1/campaigns", dict(body), repeat=Repeat.IF_NOT_DONE, headers=headers))
+
+    def send_plan(self, file: Path) -> str:
+        """Store a plan or excitation file as a design, which is named after it and its content; returns its id.
+
+        Raises InputError where the file cannot be read.
+        """
+        try:
+            content = file.read_bytes()
+        except OSError as error:
+            raise InputError(f"{file}: cannot be read: {one_line(error)}") from error
+        name = f"{file.stem[:100]} {sha256(content).hexdigest()[:12]}"
+        try:
+            return str(self._get(f"/v1/designs/{_part(name)}")["id"])
+        except NotFound:
+            query = {"file": _plain(file.name), "name": name}
+            headers = {"idempotency-key": uuid4().hex, "content-type": "application/octet-stream"}
+            made = self._connection.json(
+                "POST", "/v1/designs/file", repeat=Repeat.ALWAYS, query=query, headers=headers, file=content
+            )
+            return str(made["id"])
 
     def campaign(self, campaign_id: str) -> Campaign:
         return campaign_of(self._get(f"/v1/campaigns/{_part(campaign_id)}"))
@@ -168,3 +190,9 @@ class Client:
 
 def _part(campaign_id: str) -> str:
     return quote(campaign_id, safe="")
+
+
+def _plain(name: str) -> str:
+    """A name of a file as the service takes it."""
+    stem, dot, ending = name.rpartition(".")
+    return f"{re.sub(r'[^A-Za-z0-9 ._-]', '_', stem)[:90].lstrip(' ._-') or 'plan'}{dot}{ending.lower()}"

@@ -1,4 +1,4 @@
-"""The configurations of the tests in a plan file from elsewhere: what the reading process does with one."""
+"""The tests of a plan or excitation file from elsewhere: what the reading process does with one."""
 
 from __future__ import annotations
 
@@ -6,24 +6,37 @@ import json
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from excitation.errors import ExcitationError, ExcitationFileError
-from excitation.plan import config_of
-from excitation.plan_files import read_plan, read_plan_config
+from excitation.files import read_plan
+from excitation.plan import Test, conditions_of, config_of
+from excitation.plan_files import holds_a_plan, read_plan_config
+from excitation.signal import Excitation
 from excitation.untrusted import parse_json
 
-__all__ = ["MOST_PLAN_BYTES", "plan_content"]
+__all__ = ["MOST_PLAN_BYTES", "MOST_SAMPLE_BYTES", "channels_of", "plan_content"]
 
-# Of the configurations as JSON: the text of a plan came in a body of 1 MiB at most, escapes make six bytes of one.
-MOST_PLAN_BYTES: Final = 6 << 20
+MOST_TEXT_BYTES: Final = 1 << 20  # of a plan as TOML or CSV: 500 tests have 0.2 MB
+# Of the configurations as JSON: escapes make six bytes of one.
+MOST_PLAN_BYTES: Final = 6 * MOST_TEXT_BYTES
+# Of all set-points of a file that no design makes again: an hour of displacement and current at 1 kHz is 58 MB. The
+# service holds twice as much while it takes such a file, and reads two at once.
+MOST_SAMPLE_BYTES: Final = 64 << 20
 
 
-def plan_content(path: Path) -> dict[str, Any]:
-    """``tests`` and ``warm_up`` as JSON (Any); of a plan as text nothing is designed.
+def plan_content(path: Path) -> tuple[dict[str, Any], list[Excitation]]:
+    """``tests``, ``warm_up`` and ``excitations`` as JSON (Any), and these excitations; of text nothing is designed.
+
+    A test that no design makes again has the number of its excitation.
 
     Raises ExcitationError, one line that names the file.
     """
     try:
-        content = _of_samples(path) if path.suffix.lower() == ".h5" else _of_text(path)
+        content = _of_text(path) if _is_text(path) else _of_samples(path)
+        excitations = content["excitations"]
+        content["excitations"] = [_described(one) for one in excitations]
         text = json.dumps(content)
         parse_json(text)  # TOML has nan; a value that is not JSON has ended the line before
     except ExcitationError:
@@ -35,7 +48,17 @@ def plan_content(path: Path) -> dict[str, Any]:
         raise ExcitationFileError(f"{path}: nested too deeply, or too large: divide the plan into several") from error
     if len(text) > MOST_PLAN_BYTES:
         raise ExcitationFileError(f"{path}: its tests take {len(text)} bytes: at most {MOST_PLAN_BYTES} are kept")
-    return content
+    return content, excitations
+
+
+def _is_text(path: Path) -> bool:
+    """Whether it is a plan in TOML or CSV; raises ExcitationFileError where it is too large for one."""
+    ending = path.suffix.lower()
+    if ending != ".toml" and not (ending == ".csv" and holds_a_plan(path)):
+        return False
+    if path.stat().st_size > MOST_TEXT_BYTES:
+        raise ExcitationFileError(f"{path}: a plan as text has at most {MOST_TEXT_BYTES} bytes: write it as .h5")
+    return True
 
 
 def _of_text(path: Path) -> dict[str, Any]:
@@ -47,17 +70,45 @@ def _of_text(path: Path) -> dict[str, Any]:
         raise ExcitationFileError(f"{path}: tests is {str(tests)!a:.60}: it must be a list of tables")
     if warm_up is not None and not isinstance(warm_up, dict):
         raise ExcitationFileError(f"{path}: warm_up is {str(warm_up)!a:.60}: it must be a table")
-    return {"tests": tests, "warm_up": warm_up}
+    return {"tests": tests, "warm_up": warm_up, "excitations": []}
 
 
 def _of_samples(path: Path) -> dict[str, Any]:
+    """Tests whose design makes them again as their configurations, the others with the number of their excitation."""
     plan = read_plan(path)
-    for test in (*plan.tests, *([] if plan.warm_up is None else [plan.warm_up])):
-        if "kind" not in test.excitation.design:
-            raise ExcitationFileError(
-                f"{path}: test {test.name!a:.60} has samples but no design: the service keeps designs only"
-            )
+    excitations: list[Excitation] = []
+
+    def config(test: Test) -> dict[str, Any]:
+        if "kind" in test.excitation.design:
+            return dict(config_of(test))
+        excitations.append(test.excitation)
+        return {"name": test.name, "excitation": len(excitations) - 1, **conditions_of(test)}
+
+    tests = [config(test) for test in plan.tests]
+    warm_up = None if plan.warm_up is None else config(plan.warm_up)
+    size = sum(values.nbytes for one in excitations for values in channels_of(one))
+    if size > MOST_SAMPLE_BYTES:
+        raise ExcitationFileError(
+            f"{path}: its set-points take {size} bytes as numbers: at most {MOST_SAMPLE_BYTES} are kept of a file: "
+            "divide it into several"
+        )
+    return {"tests": tests, "warm_up": warm_up, "excitations": excitations}
+
+
+def _described(excitation: Excitation) -> dict[str, Any]:
+    """What an excitation has beside its samples, as JSON. Any: JSON."""
     return {
-        "tests": [config_of(test) for test in plan.tests],
-        "warm_up": None if plan.warm_up is None else config_of(plan.warm_up),
+        "kind": str(excitation.kind),
+        "sample_rate_hz": excitation.sample_rate_hz,
+        "period_samples": excitation.period_samples,
+        "samples": excitation.samples,
+        "with_current": excitation.current_a is not None,
+        "design": excitation.design,
+        "figures": excitation.figures,
     }
+
+
+def channels_of(excitation: Excitation) -> tuple[NDArray[np.float64], ...]:
+    """Displacement, m, and where it is driven current, A; (N,) each."""
+    current = excitation.current_a
+    return (excitation.displacement_m,) if current is None else (excitation.displacement_m, current)

@@ -1,7 +1,7 @@
 """A process that reads one run or plan file from elsewhere, ``python -m api.processes.read_run_file``, and ends.
 
 It takes one line of JSON, the path, the name to show and what is wanted, and writes one: ``{"run": {…}}``,
-``{"plan": {…}}`` or ``{"refused": "…"}``.
+``{"plan": {…}}`` or ``{"refused": "…"}``. Behind the line of a plan follow the channels of its excitations, float64.
 Before it opens the file it gives up everything that reading does not need. It waits for its line: a spare one is ready.
 """
 
@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Final
 
 from api.processes.limits import DATA_DIES_FIRST, die_first, limit
-from api.processes.plan_content import plan_content
+from api.processes.plan_content import channels_of, plan_content
 from excitation.errors import ExcitationError
+from excitation.signal import Excitation
 from excitation.untrusted import Limits
 from rigctl.errors import RunFileError
 from rigctl.runfile import Run, read_run
@@ -39,18 +40,25 @@ def main() -> int:
         return 0
     given = json.loads(line)
     _give_up()
-    print(json.dumps(_answer(Path(given["path"]), given["name"], given["what"])), flush=True)
+    answer, excitations = _answer(Path(given["path"]), given["name"], given["what"])
+    out = sys.stdout.buffer
+    out.write(json.dumps(answer).encode() + b"\n")
+    for excitation in excitations:
+        for values in channels_of(excitation):
+            out.write(values.data)
+    out.flush()
     return 0
 
 
-def _answer(path: Path, name: str, what: str) -> dict[str, object]:
+def _answer(path: Path, name: str, what: str) -> tuple[dict[str, object], list[Excitation]]:
     try:
         if what == "plan":
-            return {"plan": plan_content(path)}
+            content, excitations = plan_content(path)
+            return {"plan": content}, excitations
         run = read_run(path, limits=Limits(most_bytes=MOST_DATA_BYTES))
-        return {"run": _summary(run, name)}
+        return {"run": _summary(run, name)}, []
     except (RunFileError, ExcitationError) as error:
-        return {"refused": str(error).replace(str(path), name)[:1000]}
+        return {"refused": str(error).replace(str(path), name)[:1000]}, []
 
 
 def _summary(run: Run, name: str) -> dict[str, object]:

@@ -14,12 +14,16 @@ from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from threading import Lock, Thread
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
+
+import numpy as np
 
 from api.errors import Busy, ProcessError
 from api.processes.limits import was_at_work
-from api.processes.plan_content import MOST_PLAN_BYTES
-from excitation.errors import ExcitationFileError
+from api.processes.plan_content import MOST_PLAN_BYTES, MOST_SAMPLE_BYTES
+from excitation.errors import DesignError, ExcitationFileError
+from excitation.kinds import Kind
+from excitation.signal import Excitation
 from rigctl.errors import RunFileError
 from rigctl.runfile import STATUSES
 
@@ -31,6 +35,9 @@ RETRY_AFTER_S: Final = 5
 LATE_S: Final = 30  # until a file may be sent again that was not read in time: what keeps the computer busy goes on
 DEADLINE_S: Final = 60.0  # twice its CPU time: it has a lower priority than rig control
 ANSWER_BYTES: Final = 8192  # beside the tests of a plan
+_ELSE: Final = "the process that reads plan files answered with something else"
+
+Found: TypeAlias = "tuple[dict[str, Any], bytes]"  # of a file: JSON (Any), and what follows it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,15 +60,47 @@ class RunSummary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanContent:
-    """The configurations of the tests in a plan file, which nobody has checked yet. Any: JSON."""
+    """The configurations of the tests in a plan file, which nobody has checked yet. Any: JSON.
+
+    A test with the key ``excitation`` has the excitation of this number.
+    """
 
     tests: list[dict[str, Any]]
     warm_up: dict[str, Any] | None
+    excitations: tuple[Excitation, ...] = ()
 
     def __post_init__(self) -> None:
         tables = [*self.tests, *([] if self.warm_up is None else [self.warm_up])] if type(self.tests) is list else [0]
         if any(type(table) is not dict for table in tables):
-            raise ProcessError("the process that reads plan files answered with something else")
+            raise ProcessError(_ELSE)
+
+
+def _excitations(described: Any, raw: bytes) -> tuple[Excitation, ...]:
+    """Excitations from what the process says of them, and from their channels. Any: JSON, which is checked here."""
+    found: list[Excitation] = []
+    values, begins = np.frombuffer(raw, np.float64, len(raw) // 8), 0
+    try:
+        for one in described:
+            samples, channels = int(one["samples"]), 1 + bool(one["with_current"])
+            ends = begins + samples * channels
+            if not begins < ends <= values.size:
+                raise ProcessError(_ELSE)
+            displacement, *current = values[begins:ends].reshape(channels, samples)
+            found.append(
+                Excitation(
+                    kind=Kind(one["kind"]),
+                    sample_rate_hz=float(one["sample_rate_hz"]),
+                    period_samples=int(one["period_samples"]),
+                    displacement_m=displacement,
+                    current_a=current[0] if current else None,
+                    design=dict(one["design"]),
+                    figures=dict(one["figures"]),
+                )
+            )
+            begins = ends
+    except (LookupError, TypeError, ValueError, DesignError) as error:
+        raise ProcessError(_ELSE) from error
+    return tuple(found)
 
 
 class RunReader:
@@ -80,17 +119,18 @@ class RunReader:
         Raises RunFileError where it is refused, or where reading it ended the process; Busy where too many wait, or
         where the computer has so much else to do that it was not read in time.
         """
-        found = await self._turn(path, name, "run", RunFileError, ANSWER_BYTES)
+        found, _ = await self._turn(path, name, "run", RunFileError, ANSWER_BYTES)
         values: dict[str, Any] = {key: found.get(key) for key in RunSummary.__slots__}  # Any: checked there
         return RunSummary(**values)
 
     async def read_plan(self, path: Path, name: str) -> PlanContent:
-        """What is in the plan file (.toml, .csv, .h5), by the same process; raises ExcitationFileError and Busy."""
-        found = await self._turn(path, name, "plan", ExcitationFileError, ANSWER_BYTES + MOST_PLAN_BYTES)
-        values: dict[str, Any] = {key: found.get(key) for key in PlanContent.__slots__}  # Any: checked there
-        return PlanContent(**values)
+        """What is in the plan or excitation file, by the same process; raises ExcitationFileError and Busy."""
+        most = ANSWER_BYTES + MOST_PLAN_BYTES + MOST_SAMPLE_BYTES
+        found, raw = await self._turn(path, name, "plan", ExcitationFileError, most)
+        values: dict[str, Any] = {key: found.get(key) for key in ("tests", "warm_up")}  # Any: checked there
+        return PlanContent(**values, excitations=_excitations(found.get("excitations"), raw))
 
-    async def _turn(self, path: Path, name: str, what: str, refusal: type[Exception], most: int) -> dict[str, Any]:
+    async def _turn(self, path: Path, name: str, what: str, refusal: type[Exception], most: int) -> Found:
         with self._lock:
             if self._under_way >= self._most:
                 raise Busy(f"{self._under_way} files are being read: send {name} again", retry_after_s=RETRY_AFTER_S)
@@ -102,10 +142,10 @@ class RunReader:
             with self._lock:
                 self._under_way -= 1
 
-    def _read(self, task: dict[str, str], refusal: type[Exception], most: int) -> dict[str, Any]:
+    def _read(self, task: dict[str, str], refusal: type[Exception], most: int) -> Found:
         process = self._take()
         try:
-            answer, why = _ask(process, task, self._deadline_s, most)
+            answer, raw, why = _ask(process, task, self._deadline_s, most)
         finally:
             _end(process)
         if "refused" in answer:
@@ -113,7 +153,7 @@ class RunReader:
         found = answer.get(task["what"])
         if not isinstance(found, dict):
             raise _broken(process, task, why, refusal)
-        return found
+        return found, raw
 
     def _take(self) -> subprocess.Popen[bytes]:
         with self._lock:
@@ -141,8 +181,10 @@ def _start() -> subprocess.Popen[bytes]:
 
 def _ask(
     process: subprocess.Popen[bytes], task: dict[str, str], within_s: float, most: int
-) -> tuple[dict[str, Any], str]:
-    """The answer, else an empty one and why. Any: JSON from a process that has read a file from elsewhere."""
+) -> tuple[dict[str, Any], bytes, str]:
+    """The answer and the bytes behind it, else an empty one and why. Any: JSON from a process that has read a file from
+    elsewhere.
+    """
     assert process.stdin is not None  # pipes were asked for
     assert process.stdout is not None
     said: list[bytes] = []
@@ -153,20 +195,21 @@ def _ask(
         process.stdin.write(json.dumps(task).encode() + b"\n")
         process.stdin.close()
     except OSError:
-        return {}, ""  # it has ended
+        return {}, b"", ""  # it has ended
     reader.join(within_s)
     if reader.is_alive():
         at_work = was_at_work(process, within_s)
         reader.join()
         late = f"it was not read within {within_s:g} s"
         if at_work:
-            return {}, late
+            return {}, b"", late
         raise Busy(f"{task['name']}: {late}, the computer has too much else to do: send it again", retry_after_s=LATE_S)
     try:
-        answer = json.loads(said[0]) if len(said[0]) <= most else {}
+        line, _, raw = said[0].partition(b"\n")
+        answer = json.loads(line) if len(said[0]) <= most else {}
     except (ValueError, RecursionError):
-        return {}, ""
-    return (answer, "") if isinstance(answer, dict) else ({}, "")
+        return {}, b"", ""
+    return (answer, raw, "") if isinstance(answer, dict) else ({}, b"", "")
 
 
 def _broken(process: subprocess.Popen[bytes], task: dict[str, str], why: str, refusal: type[Exception]) -> Exception:

@@ -35,6 +35,7 @@ from api.routes.paging import PageDep, link_pages, next_page
 from api.routes.person import PersonDep
 from api.routes.queue_answers import Move, Precondition, QueueAnswer, place_in, queue_answer, read_version
 from api.service import Service, ServiceDep
+from excitation import TestPlan
 from rigctl.canonical import canonical_address
 from rigctl.runfile import read_run
 
@@ -58,19 +59,19 @@ async def create(
     service = creation.service
     if dry_run:
         return json_answer(await run_in_threadpool(check, body, service))
-    if body.design or service.envelopes:  # the store is read, or every test is predicted
-        body = await run_in_threadpool(checked, body, service)
+    if body.design or body.plays_samples or service.envelopes:  # the store is read, or every test is predicted
+        body, plan = await run_in_threadpool(checked, body, service)
     else:
-        body = checked(body, service)
-    return await creation.accept(body, lambda campaign: created(*accepted(campaign)))
+        body, plan = checked(body, service)
+    return await creation.accept(body, plan, lambda campaign: created(*accepted(campaign)))
 
 
 @router.post("/check")
 def check(body: NewCampaign, service: ServiceDep) -> CheckAnswer:
     """What a campaign would take and ask of the rig: a dry run, nothing is stored."""
-    body = checked(body, service)
+    body, plan = checked(body, service)
     service.runs.check_room()
-    return check_answer(estimate(body.plan, (*body.own_envelopes, *service.envelopes)))
+    return check_answer(estimate(plan, (*body.own_envelopes, *service.envelopes)))
 
 
 @router.get("")
@@ -175,8 +176,8 @@ def accepted(campaign: Campaign) -> tuple[CampaignSummary, str]:
     return summary(campaign), f"/v1/campaigns/{campaign.id}"
 
 
-def checked(body: NewCampaign, service: Service) -> NewCampaign:
-    """The campaign with the tests of its design, for a rig that is allowed and within the envelopes of the service.
+def checked(body: NewCampaign, service: Service) -> tuple[NewCampaign, TestPlan]:
+    """The campaign with the tests of its design, for a rig that is allowed, and its plan, within the envelopes.
 
     Raises NotFound, InputError or Refused.
     """
@@ -186,5 +187,6 @@ def checked(body: NewCampaign, service: Service) -> NewCampaign:
         design = service.designs.one(body.design)
         warm_up = None if design.warm_up is None else dict(design.warm_up)
         body = replace(body, design="", tests=[dict(test) for test in design.tests], warm_up=warm_up)
-    check_campaign(body.plan, service.envelopes)
-    return body
+    plan = body.planned(service.runs.samples.excitations())
+    check_campaign(plan, service.envelopes)
+    return body, plan

@@ -16,8 +16,9 @@ from api.campaigns.records import Campaign
 from api.routes.person import person
 from api.service import Service, service_of
 from api.store.idempotency import GivenAnswer, KeyedRequest
+from excitation import TestPlan
 
-__all__ = ["CREATED", "Creation", "CreationDep", "created", "json_answer"]
+__all__ = ["CREATED", "Creation", "CreationDep", "IdempotencyKey", "created", "creation_of", "json_answer"]
 
 CREATED = 201
 
@@ -50,35 +51,38 @@ class Creation:
         given, again = self.service.group_commit.store(once)
         return _response(given, again=again)
 
-    async def accept(self, new: NewCampaign, answer: Callable[[Campaign], GivenAnswer]) -> Response:
+    async def accept(self, new: NewCampaign, plan: TestPlan, answer: Callable[[Campaign], GivenAnswer]) -> Response:
         """The answer to the request for a campaign, which is stored together with others that come at once."""
-        wanted = Wanted(new=new, created_by=self.person, request=self.request, answer=answer)
+        wanted = Wanted(new=new, plan=plan, created_by=self.person, request=self.request, answer=answer)
         given, again = await self.service.group_commit.stored(self.service.acceptance, wanted)
         return _response(given, again=again)
 
 
-async def _creation(
-    request: Request,
-    idempotency_key: Annotated[
-        str | None,
-        Header(
-            min_length=1,
-            max_length=255,
-            pattern=r"^[\x21-\x7e]+$",
-            description="A repeated request with the same key and body creates nothing and has the same answer.",
-            examples=["8e03978e-40d5-43dd-bc93-6894a57f9324"],
-        ),
-    ] = None,
-) -> Creation:
+IdempotencyKey = Annotated[
+    str | None,
+    Header(
+        min_length=1,
+        max_length=255,
+        pattern=r"^[\x21-\x7e]+$",
+        description="A repeated request with the same key and body creates nothing and has the same answer.",
+        examples=["8e03978e-40d5-43dd-bc93-6894a57f9324"],
+    ),
+]
+
+
+async def _creation(request: Request, idempotency_key: IdempotencyKey = None) -> Creation:
+    body = b"" if idempotency_key is None else await request.body()
+    return creation_of(request, idempotency_key, body)
+
+
+def creation_of(request: Request, key: str | None, body: bytes) -> Creation:
+    """Of a request with this Idempotency-Key; ``body`` is its body, or the SHA-256 of one that was streamed."""
     service, who = service_of(request), person(request)
-    if idempotency_key is None:
+    if key is None:
         return Creation(service=service, person=who, request=None)
-    digest = hashlib.sha256(f"{who}\n".encode() + request.scope["query_string"] + b"\n" + await request.body())
-    keyed = KeyedRequest(
-        key=idempotency_key,
-        address=f"{request.method} {request.url.path}"[:200],
-        fingerprint=digest.hexdigest(),
-    )
+    digest = hashlib.sha256(f"{who}\n".encode() + request.scope["query_string"] + b"\n" + body)
+    address = f"{request.method} {request.url.path}"[:200]
+    keyed = KeyedRequest(key=key, address=address, fingerprint=digest.hexdigest())
     return Creation(service=service, person=who, request=keyed)
 
 

@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
-import asyncio
-import tempfile
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from fastapi import APIRouter, Query, Request, Response
+from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, JsonValue
+from starlette.requests import ClientDisconnect
 
-from api.campaigns.new_campaign import check_reads_no_file, check_text
+from api.campaigns.new_campaign import check_reads_no_file, check_text, plan_of
 from api.campaigns.typed_tests import TestConfig
-from api.errors import InputError
-from api.findings import Findings
-from api.processes.run_reader import PlanContent
+from api.errors import InputError, TooSlow
+from api.findings import Findings, Refused
 from api.routes.answers import Answer, iso_time
-from api.routes.creation import CreationDep
+from api.routes.creation import Creation, CreationDep, IdempotencyKey, creation_of
+from api.routes.files import stated_length
 from api.routes.paging import PageDep, link_pages, next_page
 from api.service import Service, ServiceDep
 from api.store.designs import Design
-from excitation import TestPlan, plan_from_config
-from excitation.plan import config_of
+from api.store.samples import KIND, names_of_samples, plays_samples
+from excitation import Test, TestPlan
+from excitation.plan import MakeExcitation, conditions_of, config_of
 
 __all__ = ["router"]
 
 router = APIRouter(prefix="/v1/designs", tags=["designs"])
 
-_FILES = (".h5", ".csv", ".toml")
 _MOST_TESTS = 500
 
 
@@ -52,15 +53,14 @@ class NewDesign:
             for number, config in enumerate(self.tests):
                 with found.at("tests", number):
                     check_reads_no_file(config)
-        if not found.found:
-            with found.at():
-                self.plan()
         found.refuse()
 
-    def plan(self) -> TestPlan:
-        if self.warm_up is not None:
-            check_reads_no_file(self.warm_up)
-        return plan_from_config({"tests": self.tests, **({} if self.warm_up is None else {"warm_up": self.warm_up})})
+    def plan(self, make: MakeExcitation) -> TestPlan:
+        """Its plan, with samples as ``make`` reads them; raises Refused, which lists everything that is wrong."""
+        found = Findings()
+        with found.at():
+            return plan_of(self.tests, self.warm_up, make)
+        raise Refused(found.found)
 
 
 class DesignSummary(Answer):
@@ -92,7 +92,7 @@ class DesignList(Answer):
 @router.post("", status_code=201, response_model=DesignSummary)
 def create(body: NewDesign, service: ServiceDep, creation: CreationDep) -> Response:
     """Store the tests of a plan under a name."""
-    return _store(service, creation, body.name, body.plan())
+    return _store(service, creation, body, body.plan(service.runs.samples.excitations()))
 
 
 @router.post(
@@ -109,27 +109,32 @@ def create(body: NewDesign, service: ServiceDep, creation: CreationDep) -> Respo
 async def create_from_file(
     request: Request,
     service: ServiceDep,
-    creation: CreationDep,
     file: Annotated[
         str,
         Query(
-            pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}\.(h5|csv|toml)$",
+            pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}\.(h5|csv|toml|mat|drv|rsp)$",
             description="Name of the file; its ending says the format, as for `damper-rig run`.",
             examples=["matrix.csv"],
         ),
     ],
     name: Annotated[str, Query(max_length=200, description="Of the design; default: that of the file.")] = "",
+    idempotency_key: IdempotencyKey = None,
 ) -> Response:
-    """Store the excitation or plan file in the body of the request, which `damper-rig design` has made."""
+    """Store the excitation or plan file in the body of the request; what no design makes again is kept as samples."""
     title = name or Path(file).stem
     check_text("name", title, 200)
-    found = await _read(service, file, await request.body())
+    await run_in_threadpool(service.runs.check_room)
+    try:
+        async with service.runs.samples.receive(file, request.stream(), length=stated_length(request)) as found:
+            creation = creation_of(request, idempotency_key, found.sha256.encode())
 
-    def stored() -> Response:
-        design = NewDesign(name=title, tests=found.tests, warm_up=found.warm_up)
-        return _store(service, creation, title, design.plan())
+            def stored() -> Response:
+                design = NewDesign(name=title, tests=found.tests, warm_up=found.warm_up)
+                return _store(service, creation, design, design.plan(found.make), keep=found.keep)
 
-    return await asyncio.to_thread(stored)
+            return await run_in_threadpool(stored)  # minutes, where many tests are designed
+    except ClientDisconnect as error:
+        raise TooSlow(f"{file}: the connection ended before the file: send it again") from error
 
 
 @router.get("")
@@ -154,29 +159,35 @@ def one(design: str, service: ServiceDep) -> DesignAnswer:
 
 @router.delete("/{design}", status_code=204)
 def delete(design: str, service: ServiceDep) -> None:
-    """Delete a design, by its id or name; campaigns that were made from it keep their tests."""
-    service.designs.delete(design)
+    """Delete a design, by its id or name, and its samples where no other design and no open campaign names them.
+
+    Campaigns that were made from it keep their tests.
+    """
+    deleted = service.designs.delete(design)
+    service.runs.samples.remove_unused(names_of_samples((*deleted.tests, deleted.warm_up)))
 
 
-def _store(service: Service, creation: CreationDep, name: str, plan: TestPlan) -> Response:
-    tests = [config_of(test) for test in plan.tests]
-    warm_up = None if plan.warm_up is None else config_of(plan.warm_up)
+def _store(
+    service: Service, creation: Creation, new: NewDesign, plan: TestPlan, *, keep: Callable[[], None] = lambda: None
+) -> Response:
+    """The answer for a design that is stored with the samples that ``keep`` stores."""
+    tests = [_config(test, given) for test, given in zip(plan.tests, new.tests, strict=True)]
+    warm_up = None if plan.warm_up is None or new.warm_up is None else _config(plan.warm_up, new.warm_up)
 
     def made() -> tuple[BaseModel, str]:
-        design = service.designs.create(name, tests, warm_up, plan.duration_s)
+        keep()
+        service.runs.samples.hold((*tests, warm_up))
+        design = service.designs.create(new.name, tests, warm_up, plan.duration_s)
         return _summary(design), f"/v1/designs/{design.id}"
 
     return creation.answer(made)
 
 
-async def _read(service: Service, name: str, content: bytes) -> PlanContent:
-    """What is in an uploaded plan file; raises InputError, Busy or ExcitationFileError, which names the file."""
-    if not content:
-        raise InputError("the body is empty: send the content of an excitation or plan file")
-    with tempfile.TemporaryDirectory(prefix="damper-rig-design-") as folder:
-        path = Path(folder) / name
-        await asyncio.to_thread(path.write_bytes, content)
-        return await service.runs.reader.read_plan(path, name)
+def _config(test: Test, given: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The configuration that makes a test again, defaults left out. Any: JSON."""
+    if not plays_samples(given):
+        return config_of(test)
+    return {"name": test.name, "kind": KIND, "sha256": given["sha256"], **conditions_of(test)}
 
 
 def _summary(design: Design) -> DesignSummary:

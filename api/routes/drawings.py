@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, JsonValue
 
 from api.campaigns.drawing import draw
 from api.campaigns.new_campaign import check_reads_no_file
+from api.service import ServiceDep
 from excitation import test_from_config
 
 __all__ = ["router"]
@@ -39,8 +40,8 @@ class DrawnTest(BaseModel):
 
 
 @router.post("/draw")
-def draw_test(body: OneTest) -> DrawnTest:
+def draw_test(body: OneTest, service: ServiceDep) -> DrawnTest:
     """Draw a test: its beginning, or one period where it is periodic. Nothing is stored."""
     config: dict[str, Any] = dict(body.test)  # Any: JSON, which excitation checks
     check_reads_no_file(config)
-    return DrawnTest(**draw(test_from_config(config)))
+    return DrawnTest(**draw(test_from_config(config, service.runs.samples.excitations())))

@@ -90,7 +90,7 @@ def next_campaign(
         raise Conflict(
             f"explanation {explanation_id} proposes no test: {report['next_test']['text'] or 'none is worth it'}"
         )
-    new = checked(
+    new, plan = checked(
         NewCampaign(
             name=body.name or f"next test after {explanation_id[:8]}",
             rig=body.rig,
@@ -101,7 +101,7 @@ def next_campaign(
         service,
     )
     service.runs.check_room()
-    return creation.answer(lambda: accepted(service.campaigns.create(new, created_by=person)))
+    return creation.answer(lambda: accepted(service.campaigns.create(new, plan=plan, created_by=person)))
 
 
 @router.get("/{explanation_id}/report.json", response_class=FileResponse)

@@ -7,6 +7,7 @@ from fastapi.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect
 
 from api.errors import TooSlow
+from api.routes.files import stated_length
 from api.routes.run_list import RunRecordAnswer, record_answer
 from api.service import ServiceDep
 
@@ -19,9 +20,8 @@ router = APIRouter(prefix="/v1/runs", tags=["runs"])
 async def upload(request: Request, service: ServiceDep, response: Response, name: str = "run.h5") -> RunRecordAnswer:
     """Store the run file in the body of the request; its id goes into ``runs`` of a job."""
     await run_in_threadpool(service.runs.check_room)
-    length = request.headers.get("content-length", "0")
     try:
-        kept = await service.runs.receive(name, request.stream(), length=int(length) if length.isdecimal() else 0)
+        kept = await service.runs.receive(name, request.stream(), length=stated_length(request))
     except ClientDisconnect as error:
         raise TooSlow(f"{name!a:.60}: the connection ended before the file: send it again") from error
     response.headers["Location"] = f"/v1/runs/{kept.id}"

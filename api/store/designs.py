@@ -75,10 +75,12 @@ class DesignStore:
         with self._database.reading() as connection:
             return tuple(map(_design, connection.execute(query)))
 
-    def delete(self, name: str) -> None:
-        """Delete a design by id or name; campaigns keep their own copy. Raises NotFound."""
+    def delete(self, name: str) -> Design:
+        """Delete a design by id or name, and return it; campaigns keep their own copy. Raises NotFound."""
         with self._database.together() as connection:
-            connection.execute(delete(designs).where(designs.c.id == self.one(name).id))
+            found = self.one(name)
+            connection.execute(delete(designs).where(designs.c.id == found.id))
+            return found
 
 
 def _design(row: Row[Any]) -> Design:

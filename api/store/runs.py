@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import re
-from collections.abc import AsyncIterable, AsyncIterator, Sequence
+from collections.abc import AsyncIterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from uuid import uuid4
 
 from sqlalchemy import Connection, Row, Select, func, insert, select
 
-from api.errors import Busy, DiskFull, Gone, InputError, NotFound, TooLarge, TooSlow
+from api.errors import DiskFull, Gone, InputError, NotFound
 from api.processes.run_reader import RunReader, RunSummary
 from api.settings import LEAST_FREE_BYTES, MOST_UPLOAD_BYTES_TOTAL, Settings
 from api.store.campaign_numbers import campaign_number
@@ -21,17 +21,14 @@ from api.store.clock import now
 from api.store.database import Database
 from api.store.disk_space import DiskSpace, storage_errors
 from api.store.part_file import PartFile, part_files, remove_part
+from api.store.receiving import Receiving, uploaded_bytes
+from api.store.samples import SampleStore
 from api.store.tables import campaigns, rigs, runs, tests, uploads
 from rigctl.canonical import canonical_address
 from rigctl.runfile import read_run
 
 __all__ = ["RunRecord", "RunStore", "Upload", "open_runs"]
 
-MOST_BYTES = 512 * 2**20  # of an uploaded file
-MOST_AT_ONCE = 8  # uploads; each holds a connection, two descriptors and for a moment a thread
-RETRY_AFTER_S = 5
-PIECE_S = 30.0  # longest time between two pieces of a body
-LOOK_EVERY_BYTES = 16 * 2**20  # at the disk, while an upload comes in: MOST_AT_ONCE times this may come in between
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}\.h5")
 
 
@@ -94,19 +91,15 @@ class RunStore:
         """``most_bytes``: the quota of all run files."""
         self._database, self._root, self._most_bytes = database, root, most_bytes
         self._space = DiskSpace(folder=root, least_free_bytes=least_free_bytes)
-        self._most_total = most_upload_bytes_total
-        self.reader, self._receiving = (
-            RunReader(),
-            0,
-        )  # the reader also for other files from elsewhere: one limit for all
+        self._receiving = Receiving(database, self._space, most_upload_bytes_total)
+        self._reader = RunReader()  # also for other files from elsewhere: one limit for all
+        self.samples = SampleStore(database, root, self._receiving, self._reader)
 
     def total_bytes(self) -> int:
         """Size of all run files."""
         with self._database.reading() as connection:
-            return sum(
-                int(connection.scalar(select(func.sum(t.c.size_bytes)).where(t.c.removed_at_s.is_(None))) or 0)
-                for t in (runs, uploads)
-            )
+            captured = select(func.sum(runs.c.size_bytes)).where(runs.c.removed_at_s.is_(None))
+            return int(connection.scalar(captured) or 0) + uploaded_bytes(connection)
 
     def check_room(self) -> None:
         """Raise DiskFull where the disk is below its watermark or the run files have reached their quota.
@@ -217,53 +210,20 @@ class RunStore:
         """
         if not _NAME.fullmatch(name):
             raise InputError(f"name is {name!a:.60}: give a name such as front-left_3.h5, of letters, digits, . _ -")
-        if length > MOST_BYTES:
-            raise TooLarge(f"{name} is larger than {MOST_BYTES} bytes: divide the run into several")
-        if self._receiving >= MOST_AT_ONCE:
-            raise Busy(f"{MOST_AT_ONCE} uploads are under way: send {name} again", retry_after_s=RETRY_AFTER_S)
-        self._receiving += 1
-        try:
+        with self._receiving.turn(name, length):
             return await self._receive(name, content, length)
-        finally:
-            self._receiving -= 1
 
     async def _receive(self, name: str, content: AsyncIterable[bytes], length: int) -> Upload:
         upload_id = uuid4().hex
         with storage_errors():
-            await asyncio.to_thread(self._check_room, length)
+            await asyncio.to_thread(self._receiving.check_room, length)
             part = await asyncio.to_thread(PartFile, self._root / "uploads" / upload_id, name)
             try:
-                await self._write(part, name, content)
-                summary = await self.reader.read(part.path, name)
+                await self._receiving.write(part, name, content)
+                summary = await self._reader.read(part.path, name)
                 return await asyncio.to_thread(self._keep, part, upload_id, summary)
             finally:
                 part.discard()
-
-    async def _write(self, part: PartFile, name: str, content: AsyncIterable[bytes]) -> None:
-        """Write the bytes as they come; the space on the disk is looked at again and again."""
-        looked = 0
-        async for piece in _in_time(name, content):
-            if part.size + len(piece) > MOST_BYTES:
-                raise TooLarge(f"{name} is larger than {MOST_BYTES} bytes: divide the run into several")
-            await asyncio.to_thread(part.write, piece)
-            if part.size - looked >= LOOK_EVERY_BYTES:
-                looked = part.size
-                self._space.check()
-        await asyncio.to_thread(part.sync)
-
-    def _check_room(self, needed: int) -> None:
-        self._space.check(needed)
-        with self._database.reading() as connection:
-            self._check_total(connection, needed)
-
-    def _check_total(self, connection: Connection, more: int) -> None:
-        kept = select(func.coalesce(func.sum(uploads.c.size_bytes), 0)).where(uploads.c.removed_at_s.is_(None))
-        total = int(connection.scalar(kept) or 0)
-        if total + more > self._most_total:
-            raise DiskFull(
-                f"the uploaded runs take {total / 1e9:.3g} of {self._most_total / 1e9:.3g} GB: remove some, or set "
-                "most_upload_bytes_total"
-            )
 
     def _keep(self, part: PartFile, upload_id: str, summary: RunSummary) -> Upload:
         upload = Upload(
@@ -275,7 +235,7 @@ class RunStore:
             **asdict(summary),
         )
         with self._database.writing() as connection:
-            self._check_total(connection, part.size)
+            self._receiving.check_total(connection, part.size)
             connection.execute(insert(uploads).values(**asdict(upload), created_at_s=now()))
         part.name_it()
         return upload
@@ -289,20 +249,6 @@ class RunStore:
         if not path.is_file():
             raise NotFound(f"a run file is missing in the folder of run files: restore {location}")
         return path
-
-
-async def _in_time(name: str, content: AsyncIterable[bytes]) -> AsyncIterator[bytes]:
-    """The pieces of a body; TooSlow where one does not come in time."""
-    pieces = aiter(content)
-    while True:
-        try:
-            async with asyncio.timeout(PIECE_S):
-                piece = await anext(pieces)
-        except StopAsyncIteration:
-            return
-        except TimeoutError as error:
-            raise TooSlow(f"{name}: nothing came for {PIECE_S:g} s: send it again") from error
-        yield piece
 
 
 def _rigs_called(text: str) -> Select[Any]:

@@ -31,6 +31,7 @@ __all__ = [
     "rig_events",
     "rigs",
     "runs",
+    "samples",
     "sessions",
     "tests",
     "uploads",
@@ -197,6 +198,15 @@ designs = Table(
     Column("warm_up", JSON(none_as_null=True), nullable=True),
     Column("duration_s", Float, nullable=False),
     Column("sha256", String(64), nullable=False),  # of tests and warm_up
+    Column("created_at_s", Float, nullable=False),
+)
+
+samples = Table(
+    "samples",
+    METADATA,
+    Column("sha256", String(64), primary_key=True),  # of the excitation file
+    Column("location", Text, nullable=False, unique=True),
+    Column("size_bytes", Integer, nullable=False),
     Column("created_at_s", Float, nullable=False),
 )
 

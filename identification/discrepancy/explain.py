@@ -14,7 +14,7 @@ from identification.discrepancy.explanation import Explanation, NextTest, Traces
 from identification.discrepancy.hum import Hum, find_hum, hum_in
 from identification.discrepancy.naming import Compared, drop_departures
 from identification.discrepancy.nexttest import propose
-from identification.discrepancy.notes import coarse, finer, of_runs, tared_apart, unnamed
+from identification.discrepancy.notes import capped, coarse, finer, of_runs, tared_apart, unnamed
 from identification.discrepancy.preparation import prepared
 from identification.discrepancy.search import search
 from identification.discrepancy.verdict import (
@@ -200,6 +200,7 @@ def _notes(result: SearchResult, final: Model, traces: Sequence[Traces], finding
         *findings,
         *finer(result.base.model, result.found.fit.model),
         *unnamed(result.base.model, final, result.names),
+        *capped(result.evidence),
         *tared_apart(traces),
         *coarse(final, result.quiet),
     )

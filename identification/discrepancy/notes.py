@@ -8,10 +8,13 @@ import numpy as np
 
 from excitation.kinds import Kind
 from identification.criteria import FORM, TEXT
+from identification.discrepancy.confidence_table import fitted_table
+from identification.discrepancy.evidence import Evidence
 from identification.discrepancy.explanation import Traces
 from identification.errors import SimulationError
 from identification.physical.accuracy import numerical_error
-from identification.physical.model import Model
+from identification.physical.elements import CATALOGUE
+from identification.physical.model import Model, name_of
 from identification.record import Record
 
 
@@ -49,6 +52,17 @@ def coarse(model: Model, records: Sequence[Record]) -> list[str]:
                 f"{r.sigma:.3g} N; a higher sample rate would lower it"
             )
     return notes
+
+
+def capped(evidence: Sequence[Evidence]) -> list[str]:
+    """The names that would be surer if more runs had shown them."""
+    most = dict(enumerate(fitted_table().most, start=1))
+    return [
+        f"{CATALOGUE[name_of(e.name)].title}: no confidence above {most[runs]:.2f} is stated for what "
+        f"{'one run shows' if runs == 1 else 'two runs show'}"
+        for e in evidence
+        if (runs := max(e.features.runs, 1)) in most and e.confidence >= most[runs]
+    ]
 
 
 def tared_apart(traces: Sequence[Traces]) -> list[str]:

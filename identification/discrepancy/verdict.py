@@ -221,7 +221,8 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
     if verdict == Verdict.UNKNOWN_EFFECT:
         near = _nearest(found, result.withheld)
         return f"a repeatable {size:.3g} N rms that no element of the catalogue explains; {where}{near}; {like}"
-    return f"a repeatable {size:.3g} N rms stays after the named effects; before them the gap lay {where}; {like}"
+    near = _nearest(found, result.withheld) if result.withheld else ""
+    return f"a repeatable {size:.3g} N rms stays after the named effects; before them the gap lay {where}{near}; {like}"
 
 
 def _beyond_noise(fit: Fit, records: Sequence[Record]) -> float:

@@ -39,7 +39,7 @@ def wanted(body: dict[str, Any]) -> Callable[..., Wanted]:
     def make(name: str, *, key: str = "", rig: str = "", fingerprint: str = "") -> Wanted:
         request = KeyedRequest(key=key, address="POST /v1/campaigns", fingerprint=(fingerprint or name).ljust(64, "0"))
         new = NewCampaign(**{**body, "name": name, "rig": rig or body["rig"]})
-        return Wanted(new=new, created_by="Anna", request=request if key else None, answer=answer)
+        return Wanted(new=new, plan=new.plan, created_by="Anna", request=request if key else None, answer=answer)
 
     return make
 

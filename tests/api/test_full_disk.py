@@ -8,7 +8,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import h5py
 import httpx
+import numpy as np
 import pytest
 
 from api.campaigns.new_campaign import NewCampaign
@@ -16,6 +18,8 @@ from api.campaigns.store import CampaignStore
 from api.processes.child import Child
 from api.settings import Settings
 from api.store.database import Database
+from excitation import Excitation, write_excitation
+from excitation.kinds import Kind
 from rigctl.runfile import write_run
 from tests.api.following import ended, get, resume, until, until_rig
 from tests.api.measured import a_run
@@ -60,6 +64,19 @@ def call(service: Child, path: str, body: dict[str, Any] | None, status: int) ->
     return found
 
 
+def packed(place: Path) -> Path:
+    """An excitation of 4 MB in a file of a few kilobytes."""
+    samples = 1 << 19
+    still = Excitation(kind=Kind.CUSTOM, sample_rate_hz=1e3, period_samples=0, displacement_m=np.zeros(samples))
+    write_excitation(place / "packed.h5", still)
+    with h5py.File(place / "packed.h5", "r+") as file:
+        kept = dict(file["channels/displacement_command"].attrs)
+        del file["channels/displacement_command"]
+        values = file.create_dataset("channels/displacement_command", data=np.zeros(samples), compression="gzip")
+        values.attrs.update(kept)
+    return place / "packed.h5"
+
+
 IN_A_SMALL_DISK = """
 import os, signal, sys, time
 from contextlib import suppress
@@ -68,17 +85,23 @@ import httpx
 from api.processes.child import Child
 from tests.api.following import ended, get, post, rig_of, until
 
-disk, rig, good = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3])
+disk, rig, good, packed = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3]), Path(sys.argv[4])
 SINE = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.005, "frequency": 4.0, "current": 0.5, "cycles": 8}
 os.environ["DAMPER_RIG_LEAST_FREE_BYTES"] = "0"
 
 
 class Ballast:
     def __init__(self):
-        self.file = open(disk / "ballast", "wb")
+        self.file = open(disk / "ballast", "ab")
+        self.fill()
+
+    def fill(self):
         with suppress(OSError):
             while True:
                 os.write(self.file.fileno(), bytes(4096))
+
+    def leave(self, size):
+        os.ftruncate(self.file.fileno(), os.fstat(self.file.fileno()).st_size - size)
 
     def go(self):
         self.file.close()
@@ -92,6 +115,11 @@ with Child(["serve", "--data", str(disk / "lab"), "--port", "0"], disk.parent / 
     full = Ballast()
     answer = httpx.post(base + "/v1/runs", params={"name": "a.h5"}, content=good.read_bytes(), timeout=60)
     assert answer.status_code in (503, 507), answer.text
+    full.leave((1 << 22) + 4096)  # room for the samples, but not for what a file has beside them
+    answer = httpx.post(base + "/v1/designs/file", params={"file": "a.h5"}, content=packed.read_bytes(), timeout=60)
+    assert answer.status_code == 507 and "the disk of the run files" in answer.text, answer.text
+    assert not list((disk / "lab" / "runs" / "samples").rglob("*"))
+    full.fill()
     answer = httpx.post(base + "/v1/campaigns", timeout=60, json={
         "name": "b", "rig": rig, "specimen": "7", "tests": [{"name": "one", **SINE}]})
     assert answer.status_code in (201, 503, 507), answer.text
@@ -119,7 +147,8 @@ def test_on_a_real_full_disk_uploads_and_campaigns_are_refused_and_sigterm_ends_
     (tmp_path / "script.py").write_text(IN_A_SMALL_DISK)
     mounted = 'mount -t tmpfs -o size=24m tmpfs "$2" && exec "$0" "$@"'
     command = ["unshare", "-rm", "sh", "-c", mounted, sys.executable]
-    given = [str(tmp_path / "script.py"), str(tmp_path / "disk"), rig, str(tmp_path / "good.h5")]
+    place = tmp_path
+    given = [str(place / "script.py"), str(place / "disk"), rig, str(place / "good.h5"), str(packed(place))]
     root = Path(__file__).resolve().parents[2]
     done = subprocess.run(
         [*command, *given], capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": str(root)}

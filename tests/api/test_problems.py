@@ -13,6 +13,7 @@ from fastapi import FastAPI
 from pydantic import TypeAdapter
 
 from api.app import create_app
+from api.errors import OUTCOMES
 from api.jobs.kinds import KINDS
 from api.routes.examples import REQUESTS
 from api.settings import Settings
@@ -201,6 +202,7 @@ def test_openapi_describes_problems_for_every_route(client: httpx.Client) -> Non
         for method, route in methods.items():
             content = route["responses"]["422"]["content"]
             assert list(content) == ["application/problem+json"], f"{method} {path}"
+            assert {str(outcome.http_status) for _, outcome in OUTCOMES} <= set(route["responses"])
     text = json.dumps(described)
     assert "HTTPValidationError" not in text
 
@@ -218,10 +220,10 @@ def test_every_example_of_a_request_is_accepted(client: httpx.Client) -> None:
             TypeAdapter(kind.request).validate_python(example)  # its runs are not here
 
 
-def test_the_kinds_of_tests_in_openapi_are_those_that_excitation_reads(client: httpx.Client) -> None:
+def test_the_kinds_of_tests_in_openapi_are_those_that_excitation_reads_and_stored_samples(client: httpx.Client) -> None:
     schemas = client.get("/openapi.json").json()["components"]["schemas"]
     described = schemas["NewCampaign"]["properties"]["tests"]["items"]
-    assert set(described["discriminator"]["mapping"]) == set(DESIGNED)
+    assert set(described["discriminator"]["mapping"]) == {*DESIGNED, "samples"}
     assert schemas["SineTest"]["properties"]["frequency"]["description"] == "Unit: Hz."
     assert schemas["MotionLimits"]["properties"]["max_velocity"]["description"] == "Unit: m/s."
     assert schemas["SineTest"]["additionalProperties"] is False

@@ -276,7 +276,7 @@ def reading_process() -> int:
 
 
 def test_a_body_that_does_not_come_is_given_up(database: Database, good: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("api.store.runs.PIECE_S", 0.05)
+    monkeypatch.setattr("api.store.receiving.PIECE_S", 0.05)
     with pytest.raises(TooSlow, match="nothing came"):
         asyncio.run(RunStore(database, good.parent / "runs").receive("a.h5", pieces(good.read_bytes(), 60.0)))
     assert files_below(good.parent / "runs") == []

@@ -217,7 +217,7 @@ def test_a_current_that_is_switched_off_is_one_condition_whatever_its_sensor_sho
     runs = [with_channel(r, "current", noise_a * rng.standard_normal(r.samples), "A") for r in runs]
     with pytest.raises(DataError, match=r"free parameters .* on 1 sine:"):
         fit(model, runs)
-    assert "beside the harmonics" in record_from_run(between_samples(runs[0])).route
+    assert "between the harmonics" in record_from_run(between_samples(runs[0])).route
 
 
 @pytest.mark.parametrize("swing_a", [1e-6, 1.0])

@@ -9,11 +9,12 @@ import pytest
 
 from identification.criteria import FORM
 from identification.discrepancy import naming
-from identification.discrepancy.evidence import gather
+from identification.discrepancy.evidence import gather, main_doubt
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.holdout import hold_out
+from identification.discrepancy.notes import capped
 from identification.discrepancy.trials import trial_of
-from identification.discrepancy.verdict import _beyond_noise, drop_doubtful
+from identification.discrepancy.verdict import _beyond_noise, _nearest, drop_doubtful
 from identification.fitting.leastsquares import fit_records
 from identification.physical.model import element
 from identification.record import Record, record_from_run
@@ -57,6 +58,30 @@ def test_where_no_name_is_doubtful_nothing_is_fitted_again() -> None:
     assert kept is found
     assert [e.name for e in stated] == ["linear_stiffness"]
     assert withheld == []
+
+
+def test_a_name_that_is_not_stated_comes_with_its_largest_doubt() -> None:
+    records = records_with("linear_stiffness")
+    found, _, [mass] = drop_doubtful(found_with("linear_stiffness", "moving_mass", records=records), records)
+    steady = replace(mass, features=replace(mass.features, spread=0.0, left_beside=0.9, margin=50.0, own_share=1.0))
+    assert main_doubt(steady) == "90% of the gap without it stays with it"
+    uneven = replace(steady, features=replace(steady.features, spread=3.0), strengths=(0.5, 2.0), precision=(1.0, 1.0))
+    assert main_doubt(uneven).startswith("its strength is 0.50 to 2.00 times the common one from run to run")
+    said = _nearest(found, [uneven])
+    stated = f"not stated with a confidence of {mass.confidence:.2f}: {main_doubt(uneven)}"
+    assert f"mass between load cell and damper, {stated}" in said
+    assert "held-out runs are worse with it" in _nearest(found, [replace(uneven, confidence=0.9)])
+    assert _nearest(replace(found, moves=()), []) == ""
+
+
+def test_a_confidence_that_only_more_runs_could_raise_says_so() -> None:
+    found = found_with("linear_stiffness", records=records_with("linear_stiffness")[:1])
+    [one] = gather(found, records_with("linear_stiffness")[:1])
+    [told] = capped([one])
+    assert told == f"linear stiffness: no confidence above {one.confidence:.2f} is stated for what one run shows"
+    assert capped([replace(one, confidence=0.5)]) == []
+    records = records_with("linear_stiffness")
+    assert capped(gather(found_with("linear_stiffness", records=records), records)) == []
 
 
 def test_the_newtons_that_stay_are_those_of_each_run_with_its_own_noise() -> None:
