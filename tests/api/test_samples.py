@@ -8,6 +8,7 @@ import socket
 import time
 from collections.abc import AsyncIterator, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -172,6 +173,21 @@ def test_every_file_that_the_command_line_plays_is_taken(
 
 def stored_file(data: Path, config: dict[str, Any]) -> Path:
     return next(one for one in (data / "runs" / "samples").rglob("*.h5") if digest_of(one) == config["sha256"])
+
+
+def test_what_another_program_changed_in_a_designed_file_is_kept_as_its_samples(
+    client: httpx.Client, tmp_path: Path
+) -> None:
+    [test] = plan_from_config({"tests": [SINE]}).tests
+    write_excitation(tmp_path / "as-designed.h5", test.excitation)
+    [kept] = stored(client, tmp_path / "as-designed.h5")["configurations"]
+    assert kept["kind"] == "sine"
+    halved = replace(test.excitation, displacement_m=0.5 * test.excitation.displacement_m)
+    write_excitation(tmp_path / "halved.h5", halved)
+    [kept] = stored(client, tmp_path / "halved.h5")["configurations"]
+    assert kept["kind"] == "samples"
+    drawn = client.post("/v1/tests/draw", json={"test": kept}).json()
+    assert max(drawn["displacement_m"]) == pytest.approx(np.max(halved.displacement_m), rel=0.01)
 
 
 def test_the_stored_file_is_an_excitation_file_with_this_sha256_and_is_there_once(
