@@ -4,7 +4,7 @@ BIN := .venv/bin
 OUT ?= demo-output
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: setup demo test check bench bench-explain lock clean
+.PHONY: setup demo test check bench bench-explain bench-peers lock clean
 
 setup: .venv/.ready
 
@@ -35,9 +35,15 @@ bench-explain: setup
 bench: setup
 	$(BIN)/python -m benchmarks
 
+# Other tools in an environment of their own: in no lock file.
+bench-peers: setup
+	test -x .venv-peers/bin/python || $(PYTHON) -m venv .venv-peers
+	.venv-peers/bin/python -m pip install --quiet --disable-pip-version-check "jax-sysid>=1.1" "sysidentpy>=0.9"
+	$(BIN)/python -m benchmarks.bench_peers .venv-peers/bin/python
+
 # Pins every dependency by name and hash, for every platform, and no address; needs `uv` on the PATH.
 lock:
-	uv pip compile pyproject.toml --extra postgresql --extra fmu --extra dask --extra dbc --extra canopen --group dev --universal --python-version 3.11 \
+	uv pip compile pyproject.toml --extra postgresql --extra fmu --extra dask --extra dbc --extra canopen --extra files --group dev --universal --python-version 3.11 \
 	  --generate-hashes --no-annotate --no-header --no-emit-index-url --no-emit-find-links --output-file requirements/lock.txt
 
 clean:

@@ -70,7 +70,7 @@ def create_app(settings: Settings, *, with_workers: bool = True, connections: Co
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         service = await run_in_threadpool(open_service, settings, access, lines, samples)
-        supervisor = Supervisor(service.database, service.runs, settings, lines)
+        supervisor = Supervisor(service.database, service.runs, settings, lines, service.restarts)
         lines.on_lost = supervisor.lost
         job_worker = JobWorker(service.database, service.runs, service.results, settings)
         app.state.service, app.state.late = service, ()

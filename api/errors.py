@@ -28,6 +28,7 @@ from excitation.errors import ExcitationError
 from identification.errors import IdentificationError, WorkerLost
 from rigctl.errors import (
     CalibrationError,
+    ForeignFileError,
     IdentityError,
     IterationError,
     LimitError,
@@ -174,6 +175,7 @@ OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (IterationError, _BAD_INPUT),
     (RunFileError, _BAD_INPUT),
     (CalibrationError, _BAD_INPUT),
+    (ForeignFileError, _BAD_INPUT),
     (SpecimenError, _BAD_INPUT),
     (FaultError, _BAD_INPUT),
     (SkewError, _BAD_INPUT),

@@ -12,6 +12,7 @@ from api.access.access import Access
 from api.campaigns.acceptance import Acceptance
 from api.campaigns.envelopes import service_envelopes
 from api.campaigns.live import Live
+from api.campaigns.restarts import Restarts
 from api.campaigns.rig_store import RigStore
 from api.campaigns.store import CampaignStore
 from api.jobs.results import Results
@@ -52,6 +53,7 @@ class Service:
     group_commit: GroupCommit
     acceptance: Acceptance
     envelopes: tuple[Envelope, ...] = ()  # that hold for every campaign
+    restarts: Restarts = field(default_factory=Restarts)  # of workers that ended on their own
     closing: Event = field(default_factory=Event)
 
 

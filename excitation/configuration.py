@@ -81,7 +81,9 @@ def read_config(path: Path) -> dict[str, JSON]:
             return tomllib.load(file)
     except OSError as error:
         raise DesignError(f"{path}: {error.strerror or error}: give a TOML file that can be read") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
+        raise DesignError(f"{path}: not a text: give a TOML file, such as those in examples/") from error
+    except tomllib.TOMLDecodeError as error:
         raise DesignError(f"{path}: not valid TOML: {error}") from error
 
 

@@ -21,6 +21,7 @@ __all__ = ["TIME", "read_csv", "write_csv"]
 
 TIME, _DISPLACEMENT, _CURRENT = "time (s)", "displacement_command (m)", "current_command (A)"
 _DESCRIPTION = "description"
+_AGREE = 1e-3  # of the rate: a time is rounded, and no clock is off by as much
 
 
 def write_csv(path: Path, excitation: Excitation) -> None:
@@ -64,12 +65,16 @@ def read_csv(path: Path) -> Excitation:
                 )
         table = [row for row in rows if row]
     names = [name for name in (TIME, _DISPLACEMENT, _CURRENT) if name in header]
+    for name in names:
+        if header.count(name) > 1:
+            raise ExcitationFileError(f"{path}: line 1: column {name!r} stands twice: leave one of them out")
     samples = {name: _numbers(path, table, header.index(name), name) for name in names}
     said = _read_description(path, table, header)
+    measured_hz = _measured_rate(path, samples[TIME])
     try:
         return Excitation(
             kind=Kind(said.get("excitation_kind", Kind.CUSTOM)),
-            sample_rate_hz=float(said.get("sample_rate", _measured_rate(path, samples[TIME]))),
+            sample_rate_hz=_agreed(path, float(said.get("sample_rate", measured_hz)), measured_hz),
             period_samples=int(said.get("period_samples", 0)),
             displacement_m=np.array(samples[_DISPLACEMENT]),
             current_a=np.array(samples[_CURRENT]) if _CURRENT in samples else None,
@@ -120,6 +125,15 @@ def _measured_rate(path: Path, time_s: list[float]) -> float:
             f"{path}: line {2 + first}: time does not rise evenly: every sample needs the same spacing"
         )
     return _tidy(1.0 / spacing)
+
+
+def _agreed(path: Path, stated_hz: float, measured_hz: float) -> float:
+    """The stated rate, where the times are those of this rate."""
+    if not abs(stated_hz - measured_hz) <= _AGREE * measured_hz:
+        raise ExcitationFileError(
+            f"{path}: the times are those of {measured_hz:.6g} Hz and sample_rate is {stated_hz:g} Hz: correct one"
+        )
+    return stated_hz
 
 
 def _tidy(rate_hz: float) -> float:

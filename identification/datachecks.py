@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.period import with_period_seen
+from rigctl.magnitudes import doubts_of
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
-Kind = Literal["polarity", "clipping", "frozen", "skew", "drift", "aliasing", "period"]
+Kind = Literal["polarity", "clipping", "frozen", "skew", "drift", "aliasing", "period", "magnitude"]
 
 UNITS: Final = {"displacement": "m", "force": "N", "current": "A"}
 _AGAINST = -0.3  # correlation of force and velocity below which a damper would drive the rig
@@ -40,6 +41,7 @@ class Finding:
 
 def check_run(run: Run) -> tuple[Finding, ...]:
     """Every finding in a run; empty where there is none. Nothing is changed or refused."""
+    doubts = [Finding("magnitude", doubt.channel, doubt.text) for doubt in doubts_of(run)]
     channels = [name for name in UNITS if name in run.channels and run.samples >= 64]
     found = [f for name in channels for f in (*_frozen(run, name), *_clipped(run, name))]
     if "displacement" in channels and "force" in channels and not any(f.kind == "frozen" for f in found):
@@ -47,7 +49,7 @@ def check_run(run: Run) -> tuple[Finding, ...]:
         found += [Finding("period", seen.differs, seen.note)] if seen.differs else []
         for look in _LOOKS:
             found += look(seen.run)
-    return tuple(found)
+    return (*doubts, *found)
 
 
 def findings_in(runs: Sequence[Run]) -> list[str]:

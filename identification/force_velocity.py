@@ -44,6 +44,34 @@ def extremes(tests: Sequence[Cycles]) -> tuple[Floats, Floats]:
     return np.array(speeds), np.array(forces)
 
 
+def at_peak_speed(tests: Sequence[Cycles]) -> tuple[Floats, Floats]:
+    """Speeds and forces, (2 M,): of each test at its greatest speed in rebound, and at that in compression.
+
+    With hysteresis or a spring the greatest force is at another speed: see `extremes`.
+    """
+    speeds, forces = [], []
+    for test in tests:
+        _, v, force = test.loop()
+        for k in (int(np.argmax(v)), int(np.argmin(v))):
+            speeds.append(v[k])
+            forces.append(force[k])
+    return np.array(speeds), np.array(forces)
+
+
+def hysteresis_width(test: Cycles) -> float:
+    """The greatest difference of force, N, between speeding up and slowing down at one velocity.
+
+    Looked for within nine tenths of the peak speeds, where the branches of a loop are apart.
+    """
+    _, v, force = test.loop()
+    v, force = np.roll(v, -int(np.argmin(v))), np.roll(force, -int(np.argmin(v)))
+    top = int(np.argmax(v))
+    grid = np.linspace(0.9 * v[0], 0.9 * v[top], 181)
+    up = np.interp(grid, v[: top + 1], force[: top + 1])
+    down = np.interp(grid, v[top:][::-1], force[top:][::-1])
+    return float(np.max(np.abs(up - down)))
+
+
 def arctan_fit(v: Floats, force: Floats) -> ArctanCurve:
     """Least squares of the saturating curve, from several starts, because S has several local minima.
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
+from scipy.signal import fftconvolve, firwin
 
 Floats = NDArray[np.float64]
 
@@ -20,6 +21,9 @@ _KEPT = 0.934  # mean of the rest of an exponential over its whole mean: 1 − t
 _ALIKE = 4.0  # variance of the median of lines of noise through Hann's window, over its square, times their number
 _APART = 3.0  # standard deviations of such a median: a band that is higher holds more than noise
 _MOST_APART = 0.25
+_TAPS = 5.0  # of a Blackman filter, times the width of its band over half the sample rate: it stops what is below
+_LEAST_LENGTHS = 4.0  # of that filter in a record, for a median over time
+_CHI2_MEDIAN = 0.4549  # median of the square of a normal deviate
 _FILTERED = 1.6  # from one band to the next: what a motion makes falls by f⁻⁴ at most, 1.14 there; a filter by more
 
 
@@ -136,35 +140,57 @@ def high_frequency(signal: Floats) -> tuple[float, float]:
     """Noise of any record, in its own unit, and the share of its spectrum that tells it.
 
     White noise of the level at the highest frequencies that were let through, and at all lower ones down to where more
-    than noise is seen. Lines far above it do not count.
+    than noise is seen. Lines far above it do not count. Impacts and reversals of friction reach these frequencies too,
+    but only for some samples each: where the median over time is lower, that is the noise (Donoho and Johnstone 1994).
     """
     window = np.hanning(signal.size)
     power = np.abs(np.fft.rfft((signal - signal.mean()) * window)) ** 2 / float(window @ window)
-    bands = _let_through(power)
-    top = len(bands) - max(len(bands) // 4, 1)
-    level = float(np.median(np.concatenate(bands[top:])))
+    every = _bands(power)
+    bands = every[: _let_through(every)]
+    highest = len(bands) - max(len(bands) // 4, 1)
+    top, level = highest, float(np.median(np.concatenate(bands[highest:])))
     apart = min(_APART * float(np.sqrt(_ALIKE / bands[0].size)), _MOST_APART)
     while top > 0 and float(np.median(bands[top - 1])) < (1.0 + apart) * level:
         top -= 1
     noise = np.concatenate(bands[top:])
     kept = noise[noise <= _LINE_MEDIANS * level]
-    return float(np.sqrt(np.mean(kept) / _KEPT)), noise.size / power.size
+    quiet = _between_events(signal, highest / len(every), len(bands) / len(every))
+    return min(float(np.sqrt(np.mean(kept) / _KEPT)), quiet), noise.size / power.size
+
+
+def _between_events(signal: Floats, low: float, high: float) -> float:
+    """White noise whose median square between two frequencies, shares of half the sample rate, is that of the signal.
+
+    Infinite where the record is too short for a filter that separates them from lower ones.
+    """
+    taps = 2 * int(np.ceil(0.5 * _TAPS / (high - low))) + 1
+    if signal.size < _LEAST_LENGTHS * taps:
+        return float("inf")
+    edges = low if high >= 1.0 else [low, high]
+    kernel = firwin(taps, edges, window="blackman", pass_zero=False)
+    passed = fftconvolve(signal - signal.mean(), kernel, mode="valid")
+    return float(np.sqrt(np.median(passed**2) / (_CHI2_MEDIAN * np.sum(kernel**2))))
 
 
 def below_filter(power: Floats) -> Floats:
     """The highest quarter of a spectrum below the edge of the filter that its recorder had."""
-    bands = _let_through(power)
+    every = _bands(power)
+    bands = every[: _let_through(every)]
     return np.concatenate(bands[-max(len(bands) // 4, 1) :])
 
 
-def _let_through(power: Floats) -> list[Floats]:
-    """A spectrum in bands, up to the edge of the filter that its recorder had.
+def _bands(power: Floats) -> list[Floats]:
+    """A spectrum in bands of equal width."""
+    return np.array_split(power[1:-1], max(min(_BANDS, power.size // _LEAST_LINES), 1))
+
+
+def _let_through(bands: list[Floats]) -> int:
+    """How many bands, from the lowest, are below the edge of the filter that the recorder had.
 
     Where a spectrum falls steeply towards half the sample rate, a filter before the sampling has taken the noise away.
     """
-    bands = np.array_split(power[1:-1], max(min(_BANDS, power.size // _LEAST_LINES), 1))
     level = [float(np.median(band)) for band in bands]
     last = len(bands)
     while last > len(bands) // 2 + 1 and level[last - 2] > _FILTERED * level[last - 1]:
         last -= 1
-    return bands[:last]
+    return last

@@ -59,8 +59,11 @@ def _straying(run: Run, channel: str, period: int) -> float:
     """Rms by which the late periods of an input differ from their mean beyond white noise, as a share of its rms."""
     values = run.channels[channel]
     whole = values[: values.size // period * period].reshape(-1, period)
-    late = whole[min(-(-len(whole) // _LEADING), len(whole) - 2) :] if len(whole) > 2 else whole[1:]
-    if len(late) < 2:
+    if len(whole) > 2:
+        late = whole[min(-(-len(whole) // _LEADING), len(whole) - 2) :]
+    elif channel == "current":
+        late = whole  # it is commanded: the first of two periods is like the other
+    else:
         return 0.0  # the only period after the transient one: nothing to compare it with
     if channel == "displacement":
         size = float(np.std(late))

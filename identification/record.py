@@ -182,7 +182,7 @@ def record_to_come(
     n = displacement.size
     given = 0.0 if current is None else current
     motion = motion_from(displacement, sample_rate_hz, current=given, period=period, settle=settle)
-    band = smooth_kinematics(displacement, sample_rate_hz).bandwidth_hz
+    band = 0.5 * sample_rate_hz if period else smooth_kinematics(displacement, sample_rate_hz).bandwidth_hz
     window: Window = slice(settle * period, n)
     if not period:
         window = _moving(motion, np.zeros(n), _edge(sample_rate_hz, band, n))[0]

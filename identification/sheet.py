@@ -16,7 +16,7 @@ from scipy.spatial import QhullError
 from excitation.atomic import written_whole
 from identification.datachecks import findings_in
 from identification.errors import DataError, OutputError
-from identification.force_velocity import ArctanCurve, arctan_fit, extremes
+from identification.force_velocity import ArctanCurve, arctan_fit, at_peak_speed, hysteresis_width
 from identification.models.protocol import SimulationModel
 from identification.models.simulation import SIMULATED, with_simulation
 from identification.steady import (
@@ -31,6 +31,7 @@ from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
 
+_SIGNS = Path(__file__).with_name("signs.svg")  # the convention, as the README shows it
 _LAYOUT = {"template": "plotly_white", "font": {"family": "system-ui, sans-serif", "size": 13}}
 _COLOURS = ("#00798c", "#d1495b", "#e0a800", "#30638e", "#6a994e", "#7b2d8b", "#b56576", "#4d4d4d")
 _STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:1080px;margin:2em auto;padding:0 1em;color:#1b1b1b}
@@ -61,7 +62,7 @@ def write_sheet(
             "and a force that varies"
         )
     simulated = [] if model is None else _simulated(model, [run for run, cycles in found if cycles is not None])
-    speeds, forces = extremes(tests)
+    speeds, forces = at_peak_speed(tests)
     one_current = np.ptp([test.current or 0.0 for test in tests]) < 0.02
     curve = arctan_fit(speeds, forces) if speeds.size >= 8 and one_current else None
     figures = [
@@ -96,7 +97,8 @@ def _simulated_row(test: Cycles | None, model: SimulationModel | None) -> dict[s
 
 
 def row(test: Cycles) -> dict[str, float | str | None]:
-    """The figures of one test, SI."""
+    """The figures of one test, SI; ``force_rebound`` and ``force_compression`` are those at the peak speeds."""
+    rebound, compression = map(float, at_peak_speed([test])[1])
     return {
         "run": test.name,
         "frequency": test.frequency_hz,
@@ -105,6 +107,9 @@ def row(test: Cycles) -> dict[str, float | str | None]:
         "current": test.current,
         "force_max": float(test.loop()[2].max()),
         "force_min": float(test.loop()[2].min()),
+        "force_rebound": rebound,
+        "force_compression": compression,
+        "hysteresis_width": hysteresis_width(test),
         "dynamic_stiffness": dynamic_stiffness(test),
         "loss_factor": loss_factor(test),
         "energy_per_cycle": energy_per_cycle(test),
@@ -131,14 +136,14 @@ def loops(tests: Sequence[Cycles], simulated: Sequence[Cycles] = ()) -> go.Figur
 
 
 def peak_velocity(tests: Sequence[Cycles], curve: ArctanCurve | None, simulated: Sequence[Cycles] = ()) -> go.Figure:
-    """PVP: greatest and least force of each test over its greatest and least velocity, a line for each current."""
+    """PVP: force of each test at its peak speeds in rebound and compression, a line for each current."""
     figure = go.Figure()
     for number, (current, group) in enumerate(_by_current(tests)):
-        speeds, forces = extremes(group)
+        speeds, forces = at_peak_speed(group)
         order = np.argsort(speeds)
         figure.add_scatter(
             x=speeds[order], y=forces[order], mode="markers+lines" if curve is None else "markers",
-            name="extremes" if current is None else f"{current:.2g} A",
+            name="tests" if current is None else f"{current:.2g} A",
             line={"color": _COLOURS[number % len(_COLOURS)]}, marker={"size": 8},
         )  # fmt: skip
     if curve is not None:
@@ -147,7 +152,7 @@ def peak_velocity(tests: Sequence[Cycles], curve: ArctanCurve | None, simulated:
         name = f"(2/π)·arctan({curve.S:.3g} v)·{curve.F1:.4g} + {curve.d:.3g} v + {curve.F2:.3g}"
         figure.add_scatter(x=v, y=curve(v), mode="lines", name=name, line={"color": "#4d4d4d", "dash": "dot"})
     for number, (_, group) in enumerate(_by_current(sorted(simulated, key=_order))):
-        speeds, forces = extremes(group)
+        speeds, forces = at_peak_speed(group)
         order = np.argsort(speeds)
         line = {"color": _COLOURS[number % len(_COLOURS)], "dash": "dash"}
         figure.add_scatter(
@@ -155,7 +160,7 @@ def peak_velocity(tests: Sequence[Cycles], curve: ArctanCurve | None, simulated:
             marker={"symbol": "x", "size": 7},
         )  # fmt: skip
     figure.update_xaxes(title="peak velocity, m/s")
-    figure.update_yaxes(title="force at the extremes, N")
+    figure.update_yaxes(title="force at peak speed, N")
     legend = {"orientation": "h", "y": -0.2}
     return figure.update_layout(title="Peak-velocity plot (PVP)", height=440, legend=legend, **_LAYOUT)
 
@@ -187,7 +192,10 @@ def maps(tests: Sequence[Cycles]) -> list[go.Figure]:
 
 
 def _map(tests: Sequence[Cycles], values: Floats, title: str, unit: str) -> go.Figure:
-    f, a = np.array([t.frequency_hz for t in tests]), np.array([1e3 * t.amplitude_m for t in tests])
+    f, a = (
+        np.array([float(f"{value:.3g}") for value in values])
+        for values in ([t.frequency_hz for t in tests], [1e3 * t.amplitude_m for t in tests])
+    )
     figure = go.Figure()
     surface = _surface(np.log10(f), np.log10(a), values)
     low, high = float(values.min()), float(values.max())
@@ -245,17 +253,36 @@ def _name(run: Run) -> str:
     return run.path.name if run.path is not None else run.run_id
 
 
-_HEAD = ("run", "frequency, Hz", "amplitude, mm", "peak velocity, m/s", "current, A", "force, N",
-         "stiffness, kN/m", "loss factor", "energy per cycle, J", "loop shape")  # fmt: skip
+_HEAD = (
+    "run",
+    "frequency, Hz",
+    "amplitude, mm",
+    "peak velocity, m/s",
+    "current, A",
+    "rebound at peak speed, N",
+    "compression at peak speed, N",
+    "hysteresis width, N",
+    "stiffness, kN/m",
+    "loss factor",
+    "energy per cycle, J",
+    "loop shape",
+)
+
+
+def _loss(test: Cycles) -> str:
+    """The loss factor; beyond 100 the stored part is noise, and so is its sign."""
+    value = loss_factor(test)
+    return f"{value:.3g}" if abs(value) <= 100.0 else "above 100"
 
 
 def _cells(test: Cycles) -> Iterable[str]:
-    force = test.loop()[2]
+    rebound, compression = at_peak_speed([test])[1]
     current = "" if test.current is None else f"{test.current:.3g}"
     return (
         html.escape(test.name), f"{test.frequency_hz:.4g}", f"{1e3 * test.amplitude_m:.4g}",
-        f"{test.peak_velocity_m_s:.4g}", current, f"{force.min():.4g} … {force.max():.4g}",
-        f"{dynamic_stiffness(test) / 1e3:.4g}", f"{loss_factor(test):.3g}", f"{energy_per_cycle(test):.4g}",
+        f"{test.peak_velocity_m_s:.4g}", current, f"{rebound:.4g}", f"{compression:.4g}",
+        f"{hysteresis_width(test):.3g}",
+        f"{dynamic_stiffness(test) / 1e3:.4g}", _loss(test), f"{energy_per_cycle(test):.4g}",
         f"{loop_shape(test):.3f}",
     )  # fmt: skip
 
@@ -271,7 +298,8 @@ def _page(
     rows = "".join(f"<tr>{''.join(f'<td>{c}</td>' for c in _cells(test))}</tr>" for test in tests)
     plots = "".join(f.to_html(full_html=False, include_plotlyjs=k == 0) for k, f in enumerate(figures))
     fitted = "" if curve is None else (
-        f"<p>Force–velocity curve through the extremes, (2/π)·arctan(S·v)·F1 + d·v + F2: S = {curve.S:.4g} ± "
+        "<p>Force–velocity curve through the forces at peak speed, "
+        f"(2/π)·arctan(S·v)·F1 + d·v + F2: S = {curve.S:.4g} ± "
         f"{curve.std[0]:.2g} s/m, F1 = {curve.F1:.5g} ± {curve.std[1]:.2g} N, d = {curve.d:.4g} ± {curve.std[2]:.2g} "
         f"N·s/m, F2 = {curve.F2:.4g} ± {curve.std[3]:.2g} N; residual {curve.rms:.3g} N rms.</p>"
     )  # fmt: skip
@@ -284,7 +312,7 @@ def _page(
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>Damper characteristics</title>'
         f"<style>{_STYLE}</style></head><body><h1>Damper characteristics</h1>"
-        f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{skipped}<ul>{notes}</ul>{fitted}{plots}"
+        f"{_SIGNS.read_text(encoding='utf-8')}<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{skipped}<ul>{notes}</ul>{fitted}{plots}"
         "<p class=note>Loops are drawn from up to 25 harmonics of the steady cycles. Loop shape: 1 is an ellipse, 1.27 "
         "a rectangle (dry friction), below 1 a peaked loop.</p></body></html>\n"
     )

@@ -23,6 +23,7 @@ RigError
 │   └── CalibrationExpired  it has expired
 ├── StopFailed           the stop was not acknowledged: the rig may still be powered
 ├── AlignmentError       two records cannot be put on one clock
+├── ForeignFileError     a file of another program cannot be made into a run file
 └── RunFileError         a run file cannot be used
 """
 
@@ -127,3 +128,7 @@ class NotFollowing(RigError):
 
 class AlignmentError(RigError, ValueError):
     """Two records cannot be put on one clock."""
+
+
+class ForeignFileError(RigError, ValueError):
+    """A file of another program cannot be made into a run file as it is."""

@@ -120,6 +120,8 @@ def reset(transport: Transport, clock: Clock | None = None) -> Status:
 def in_words(status: Status) -> str:
     """Return in one line what the rig says of itself, and no more."""
     faults = describe(status.faults, status.detector)
-    master = "commanded by a host" if status.session else "commanded by nobody"
+    master = f", commanded by {'a host' if status.session else 'nobody'}"
+    if status.state.faulted:  # a rig with a latched fault obeys no host, whoever had it last
+        master = ""
     rest = "" if status.arrived else ", moving"
-    return f"{_STATES[status.state]} ({status.state.name}){rest}, {master}{', latched: ' + faults if faults else ''}"
+    return f"{_STATES[status.state]} ({status.state.name}){rest}{master}{', latched: ' + faults if faults else ''}"

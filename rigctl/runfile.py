@@ -19,6 +19,7 @@ from excitation.atomic import written_whole
 from excitation.kinds import Kind
 from excitation.untrusted import DAMAGE, Limits, open_hdf5, parse_json
 from rigctl.errors import RunFileError
+from rigctl.not_a_run import not_a_run
 from rigctl.setup import Setup, get_setup, put_setup
 
 FORMAT = "damper-rig/run"
@@ -102,6 +103,7 @@ class Run:
     rig: str = ""
     operator: str = ""
     software_version: str = ""
+    imported: Mapping[str, Any] | None = None  # JSON: the file of another program and what was chosen of it
     path: Path | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
@@ -168,8 +170,9 @@ def read_run(path: str | os.PathLike[str], *, limits: Limits | None = None) -> R
         is missing, damaged, foreign, of a later version or inconsistent.
     """
     file_path = Path(path)
-    if not file_path.is_file():
-        raise RunFileError(f"{file_path}: no such file")
+    wrong = not_a_run(file_path)
+    if wrong:
+        raise RunFileError(wrong)
     with open_hdf5(file_path, RunFileError, limits=limits) as file:
         try:
             return _read_open(file, file_path)
@@ -217,6 +220,7 @@ def run_from_attributes(file: h5py.File, channels: Mapping[str, NDArray[np.float
         rig=_text(file, "rig", ""),
         operator=_text(file, "operator", ""),
         software_version=_text(file, "software_version", ""),
+        imported=_json(file, "imported"),
         path=path,
     )
 
@@ -297,16 +301,20 @@ def _unit(dataset: h5py.Dataset) -> str | None:
 
 def _design(file: h5py.File) -> dict[str, Any] | None:
     group = file.get("excitation")
-    if group is None or "design" not in group.attrs:
+    return None if group is None else _json(group, "design")
+
+
+def _json(place: h5py.Group, name: str) -> dict[str, Any] | None:
+    """An attribute that holds a JSON object; None where there is no such attribute."""
+    if name not in place.attrs:
         return None
-    text = group.attrs["design"]
     try:
-        design = parse_json(text)
+        found = parse_json(place.attrs[name])
     except (ValueError, TypeError) as error:
-        raise RunFileError(f"/excitation: attribute design is not JSON ({error})") from error
-    if not isinstance(design, dict):
-        raise RunFileError("/excitation: attribute design must be a JSON object")
-    return design
+        raise RunFileError(f"{place.name}: attribute {name} is not JSON ({error})") from error
+    if not isinstance(found, dict):
+        raise RunFileError(f"{place.name}: attribute {name} must be a JSON object")
+    return found
 
 
 def _events(file: h5py.File) -> tuple[tuple[float, str], ...]:
@@ -364,6 +372,8 @@ def write_attributes(file: h5py.File, run: Run) -> None:
     for name in ("test_id", "campaign_id", "rig", "operator", "software_version"):
         if getattr(run, name):
             file.attrs[name] = getattr(run, name)
+    if run.imported is not None:
+        file.attrs["imported"] = json.dumps(dict(run.imported))
     if run.design is not None:
         file.create_group("excitation").attrs["design"] = json.dumps(dict(run.design))
 

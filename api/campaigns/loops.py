@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 from pydantic import JsonValue
 
 from api.errors import InputError
-from identification.derivatives import periodic_kinematics
-from identification.smoothing import smooth_kinematics
 from rigctl.runfile import Run
 
 __all__ = ["loops"]
@@ -45,6 +43,9 @@ def loops(run: Run, points: int) -> dict[str, JsonValue]:
 
 def _motion(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], bool]:
     """Displacement, velocity and force, each (n,); whether they are one period."""
+    from identification.derivatives import periodic_kinematics  # half a second: a service that starts does not wait
+    from identification.smoothing import smooth_kinematics
+
     x, force, period = run.channels["displacement"], run.channels["force"], run.period_samples
     periods = run.samples // period if period >= _LEAST_PERIOD else 0
     if periods < 2:

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from functools import cached_property
 from typing import Any, ClassVar
 
+from api.campaigns.texts import check_text
 from api.campaigns.typed_tests import EnvelopeConfig, TestConfig
 from api.errors import InputError
 from api.findings import Findings
@@ -23,7 +24,7 @@ from rigctl.calibration import calibrations_from, check_valid
 from rigctl.canonical import canonical_address
 from rigctl.interlocks import interlock
 
-__all__ = ["NewCampaign", "check_reads_no_file", "check_text", "note_excesses", "plan_of"]
+__all__ = ["NewCampaign", "check_reads_no_file", "note_excesses", "plan_of"]
 
 TEXTS = ("operator", "specimen_serial", "fixture", "oil")
 _MOST_TESTS = 500
@@ -184,14 +185,3 @@ def check_reads_no_file(config: Mapping[str, Any]) -> None:
             f"test {config.get('name')!r:.60}: displacement.spectrum.record names a file: design it at the command "
             "line and upload the file, or give frequency and amplitude"
         )
-
-
-def check_text(key: str, value: str, longest: int) -> None:
-    """Raise InputError where a text is empty, too long or not printable."""
-    if not value.strip() or len(value) > longest or not value.isprintable():
-        raise InputError(f"{key} is {_shown(value)}: it must be 1 … {longest} printable characters")
-
-
-def _shown(value: object) -> str:
-    text = ascii(value)
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -27,9 +27,15 @@ class Seen:
     progress: Mapping[str, Any] = field(default_factory=dict)  # Any: JSON, of the test that is played
 
 
-def seen_of(rig: Rig, line: Line | None) -> Seen:
-    """What is known of a rig from the line to its worker; None: no worker has been heard since the service began."""
+def seen_of(rig: Rig, line: Line | None, again_s: float | None = None) -> Seen:
+    """What is known of a rig from the line to its worker; None: no worker has been heard since the service began.
+
+    ``again_s``: when the next worker is started after one that ended on its own, in seconds since 1970.
+    """
     seen = _seen(rig, line)
+    if again_s is not None and (line is None or not line.open):
+        next_one = f"it is asked again at {_clock(again_s)}, or at once when its queue is resumed"
+        seen = replace(seen, text=f"{seen.text}; {next_one}")
     if rig.out_of_service is not None and seen.state in _IDLE:
         text = f"{rig.out_of_service}; {seen.state}: {seen.text}"
         return Seen(state=Known.OUT_OF_SERVICE, text=text, at_s=seen.at_s, readings=seen.readings)

@@ -16,6 +16,7 @@ from api.campaigns.held_rig import hold_rig
 from api.campaigns.journal import Journal
 from api.campaigns.queues import pause_queue
 from api.campaigns.records import RigRecord
+from api.campaigns.restarts import Restarts
 from api.campaigns.rig_states import Known
 from api.campaigns.rig_store import RigStore
 from api.campaigns.rigs import read_rig, set_rig
@@ -35,8 +36,6 @@ __all__ = ["DIED", "Supervisor"]
 
 LOG = logging.getLogger("damper_rig.worker")
 DIED = "the worker of this rig has died: what the rig has done since is unknown"
-_AGAIN_S = (1.0, 2.0, 5.0, 15.0, 60.0)  # before a worker that ended on its own is started again
-_STEADY_S = 60.0  # a worker that lasted so long is started again at once
 
 
 @dataclass(slots=True)
@@ -48,14 +47,6 @@ class _Started:
 
 
 @dataclass(slots=True)
-class _Failures:
-    """How often a worker ended on its own, and when it may be started again."""
-
-    count: int = 0
-    again_at: float = 0.0
-
-
-@dataclass(slots=True)
 class Supervisor:
     """One worker process for every rig in service, from start to stop."""
 
@@ -63,9 +54,9 @@ class Supervisor:
     runs: RunStore
     settings: Settings
     lines: ServiceEnd
+    restarts: Restarts
     _stop: Event = field(default_factory=Event)
     _started: dict[str, _Started] = field(default_factory=dict)
-    _failures: dict[str, _Failures] = field(default_factory=dict)
     _dead: SimpleQueue[tuple[str, int]] = field(default_factory=SimpleQueue)  # id of the rig, process id of the worker
     _thread: Thread | None = None
 
@@ -121,11 +112,7 @@ class Supervisor:
                 continue
             del self._started[rig_id]
             status, pid = one.child.stop(), one.child.pid
-            steady = time.monotonic() - one.at > _STEADY_S
-            failures = self._failures.setdefault(rig_id, _Failures())
-            failures.count = 0 if steady else failures.count + 1
-            wait_s = 0.0 if steady else _AGAIN_S[min(failures.count, len(_AGAIN_S)) - 1]
-            failures.again_at = time.monotonic() + wait_s
+            self.restarts.ended(rig_id, time.monotonic() - one.at)
             LOG.error("the worker of rig %s ended with status %d", rig_id, status)
             self._dead.put((rig_id, pid))
 
@@ -155,6 +142,7 @@ class Supervisor:
                 return  # it had released the rig, or was buried before
             pause_queue(connection, rig_id, DIED)
             set_rig(connection, rig_id, state=Known.UNKNOWN, state_text=DIED)
+        self.restarts.saw(rig_id, paused=True)
         held = hold_rig(self.database, rig_id, new_owner(), self.settings.lease_s)
         if held is None:  # a new worker was faster, and closes it
             return
@@ -167,6 +155,7 @@ class Supervisor:
     def _start_missing(self) -> None:
         """Start a worker for every rig in service that nobody drives."""
         for record in RigStore(self.database).rigs():
+            self.restarts.saw(record.rig.id, paused=record.pause is not None)
             if not self._stop.is_set() and self._lacks_worker(record):
                 self._start(record.rig.id)
 
@@ -174,8 +163,7 @@ class Supervisor:
         rig_id = record.rig.id
         line = self.lines.lines.get(rig_id)
         driven = rig_id in self._started or record.worker or (line is not None and line.open)
-        waits = self._failures.get(rig_id, _Failures()).again_at > time.monotonic()
-        return not driven and not waits and record.rig.out_of_service is None
+        return not driven and self.restarts.next_s(rig_id) is None and record.rig.out_of_service is None
 
     def _start(self, rig_id: str) -> None:
         folder = self.settings.lines_dir

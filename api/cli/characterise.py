@@ -31,15 +31,15 @@ def characterise(
     """
     from api.cli.terminal import answer, progress_bar, warn
     from api.errors import InputError
+    from identification.measured import read_runs
     from identification.models import load_model
     from identification.sheet import write_sheet
-    from rigctl.runfile import read_run
 
     if output.suffix != ".html":
         raise InputError(f"{output}: the sheet is a web page: end its name in .html")
     given = fmu_choice([] if model is None else [model], fmu_input, fmu_output, fmu_set)
     beside = None if model is None else load_model(model, given)
-    measured = [read_run(path) for path in runs]
+    measured = read_runs(runs)
     warn(measured)
     with progress_bar("characterising"):
         rows = write_sheet(output, measured, beside)

@@ -33,16 +33,16 @@ def compare(
     """
     from api.cli.terminal import answer, progress_bar, warn
     from api.errors import InputError
+    from identification.measured import read_runs
     from identification.models import compare as compared
     from identification.models import comparison_data, load_model
     from identification.models.comparison_page import write_comparison
-    from rigctl.runfile import read_run
 
     if output.suffix != ".html":
         raise InputError(f"{output}: the comparison is a web page: end its name in .html")
     choice = fmu_choice(models, fmu_input, fmu_output, fmu_set)
     loaded = [load_model(path, choice) for path in models]
-    measured = [read_run(path) for path in runs]
+    measured = read_runs(runs)
     warn(measured)
     with progress_bar("comparing") as tell:
         found = compared(loaded, measured, labels=_labels(models), on_progress=tell)

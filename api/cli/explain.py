@@ -6,11 +6,15 @@ import os
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
+
+if TYPE_CHECKING:
+    from identification.discrepancy.explanation import Explanation
+    from rigctl.runfile import Run
 
 __all__ = ["explain", "report_lines"]
 
@@ -45,15 +49,15 @@ def explain(
     from identification.discrepancy import explain as explain_gap
     from identification.discrepancy import report_data, write_report
     from identification.discrepancy.foreign import as_base
+    from identification.measured import read_runs
     from identification.models import load_model
-    from rigctl.runfile import read_run
 
     paths = [model, *(runs or [])] if simulated else runs or []
     if not paths:
         raise typer.BadParameter("give at least one measured run", param_hint="RUN.h5 ...")
     given = None if simulated else load_model(model, fmu_choice([model], fmu_input, fmu_output, fmu_set))
-    measured = [read_run(path) for path in paths]
-    kept = [read_run(path) for path in held_out or []]
+    every = read_runs([*paths, *(held_out or [])], once=True)
+    measured, kept = every[: len(paths)], every[len(paths) :]
     base = None
     if given is not None:
         with progress_bar("simulating") as tell:
@@ -62,10 +66,20 @@ def explain(
     with chosen(os.environ), progress_bar("explaining") as tell:
         found = explain_gap(base, measured, kept or None, on_progress=lambda text, done: tell(done, text))
     warn([*measured, *kept])  # only now: a refusal is one line
+    _ask(found, [*measured, *kept])
     options = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "--fmu-output": [fmu_output]}
     write_report(found, output, reproduce=_command([model, *(runs or [])], options, output, simulated=simulated))
     report = report_data(found)
     answer("\n".join([*report_lines(report), str(output / "report.html")]), report, as_json=as_json)
+
+
+def _ask(found: Explanation, runs: Sequence[Run]) -> None:
+    """Questions about the input that the result raises."""
+    from api.cli.terminal import ask
+    from identification.fitting import far_from_force, moved_far
+
+    gap = max(found.train.as_given, found.held_out.as_given)
+    ask([*far_from_force(gap, runs), *moved_far(found.given, found.base.model)])
 
 
 def _command(

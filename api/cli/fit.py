@@ -42,16 +42,16 @@ def fit(
 
     Example: damper-rig fit model.json runs/*.h5 -o fitted.json
     """
-    from api.cli.terminal import answer, progress_bar, warn
+    from api.cli.terminal import answer, ask, progress_bar, warn
     from identification.compute import chosen
     from identification.fitting import fit as fit_model
-    from identification.fitting import profile
+    from identification.fitting import moved_far, profile
+    from identification.measured import read_runs
     from identification.physical.modelfile import read_model, write_model
     from identification.record import record_from_run
-    from rigctl.runfile import read_run
 
     start = read_model(model)
-    measured = [read_run(path) for path in runs]
+    measured = read_runs(runs, once=True)
     warn(measured)
     with chosen(os.environ), progress_bar("fitting") as tell:
         result = fit_model(
@@ -65,6 +65,7 @@ def fit(
         records = [record_from_run(run) for run in measured] if profiled else []
         intervals = {name: profile(result, records, name, robust=robust).interval for name in profiled or []}
     write_model(output, result.model)
+    ask(moved_far(start, result.model))
     answer(_text(output, result, intervals), _figures(output, result, intervals), as_json=as_json)
 
 

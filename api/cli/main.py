@@ -22,9 +22,12 @@ from api.cli.demo import demo
 from api.cli.design import design
 from api.cli.explain import explain
 from api.cli.fit import fit
+from api.cli.identify import identify
+from api.cli.import_files import import_files
 from api.cli.interrupt import ignore_signals, take_signals
 from api.cli.iterate import iterate
 from api.cli.key import key
+from api.cli.listings import effects, elements, faults, specimens
 from api.cli.recover import recover
 from api.cli.report import report
 from api.cli.rig import rig
@@ -54,7 +57,9 @@ app.command()(iterate)
 app.command()(recover)
 app.add_typer(rig)
 app.command()(align)
+app.command("import")(import_files)
 app.command()(fit)
+app.command()(identify)
 app.command()(simulate)
 app.command()(score)
 app.command()(compare)
@@ -63,6 +68,10 @@ app.command()(report)
 app.command()(autopilot)
 app.command()(characterise)
 app.command()(convert)
+app.command()(elements)
+app.command()(specimens)
+app.command()(effects)
+app.command()(faults)
 app.command()(serve)
 app.command()(worker)
 app.add_typer(key)
@@ -74,15 +83,19 @@ _USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]
 _TYPER_INTERRUPTED = 130  # what typer makes of KeyboardInterrupt, again depending on its version
 
 
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        print(f"damper-rig {version('damper-rig')}")
+        raise typer.Exit
+
+
 @app.callback()
 def _options(
-    version: bool = typer.Option(False, "--version", help="Print the version.", is_eager=True),
+    version: bool = typer.Option(False, "--version", help="Print the version.", is_eager=True, callback=_print_version),
 ) -> None:
-    if version:
-        from importlib.metadata import version as installed
-
-        print(f"damper-rig {installed('damper-rig')}")
-        raise typer.Exit
+    pass
 
 
 def run() -> NoReturn:

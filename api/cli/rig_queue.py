@@ -17,7 +17,7 @@ Name = Annotated[str, typer.Argument(metavar="RIG", help="Its id, serial number,
 
 
 def list_rigs(service: ServiceUrl = None, as_json: AsJson = False) -> None:
-    """List the rigs of a service: their workers, their campaigns, and why a queue is paused.
+    """List the rigs of a service: what is known of them, their campaigns, and why a queue is paused.
 
     Example: damper-rig rig list
     """
@@ -92,7 +92,7 @@ def _line(one: Rig) -> str:
     named = f" ({', '.join(filter(None, (one.name, one.serial)))})" if one.name or one.serial else ""
     running = f"plays {one.running}" if one.running else "plays nothing"
     paused = f"; queue paused: {one.paused}" if one.paused is not None else ""
-    return f"{one.url}{named}: {running}, {one.accepted} waiting{paused}"
+    return f"{one.url}{named}: {one.state}: {one.state_text}; {running}, {one.accepted} waiting{paused}"
 
 
 def add_to(rig: typer.Typer) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, repeat
@@ -16,7 +17,8 @@ from numpy.typing import NDArray
 from api.errors import InputError, one_line
 from excitation.atomic import written_whole
 from excitation.untrusted import check_mat, parse_json
-from rigctl.errors import ProcedureError, RunFileError
+from rigctl.errors import ForeignFileError, ProcedureError, RunFileError
+from rigctl.foreign_files.clock import read_clock
 from rigctl.runfile import UNIT_SPELLINGS, Run, read_run, write_run
 from rigctl.setup import setup_from_json, setup_json
 
@@ -31,6 +33,10 @@ _TEXTS = (
 )
 _TIME = "time (s)"
 _EXTRA = ["property", "value"]
+_OTHERS = (
+    f"a run that 'damper-rig convert' wrote has the columns {_TIME!r}, the channels, 'property' and 'value'; "
+    "'damper-rig import' reads the files of other programs"
+)
 
 
 def read_any(path: Path) -> Run:
@@ -128,19 +134,25 @@ def _read_csv(path: Path) -> Run:
             header = next(rows, [])
             table = [row for row in rows if row]
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: not a CSV file in UTF-8: {one_line(error)}") from error
+        raise InputError(f"{path}: not a CSV file in UTF-8: {_OTHERS}") from error
     if header[-2:] != _EXTRA or header[:1] != [_TIME]:
-        raise InputError(f"{path}: line 1: a run's columns are {_TIME!r}, the channels, 'property' and 'value'")
+        raise InputError(f"{path}: line 1: {_OTHERS}")
     for line, row in enumerate(table, start=2):
         if len(row) != len(header):
             raise InputError(f"{path}: line {line} has {len(row)} fields: it must have {len(header)}")
     heads = [_channel_head(path, head) for head in header[1:-2]]
+    doubled = [name for name, count in Counter(name for name, _ in heads).items() if count > 1]
+    if doubled:
+        raise InputError(f"{path}: line 1: channel {doubled[0]!r} stands twice: leave one of its columns out")
     channels = {name: _numbers(path, table, k, name) for k, (name, _) in enumerate(heads, start=1)}
     properties = {row[-2]: row[-1] for row in table if row[-2]}
     try:
-        return _run(properties, channels, dict(heads))
-    except InputError as error:
+        run = _run(properties, channels, dict(heads))
+        if run.samples > 1:
+            read_clock(_numbers(path, table, 0, _TIME), lambda n: f"line {n + 2}", run.sample_rate_hz)
+    except (InputError, ForeignFileError) as error:
         raise InputError(f"{path}: {error}") from error
+    return run
 
 
 def _channel_head(path: Path, head: str) -> tuple[str, str]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from rigctl.runfile import Run
 
-__all__ = ["ProgressBar", "answer", "existing", "messages", "progress_bar", "progress_display", "warn"]
+__all__ = ["ProgressBar", "answer", "ask", "existing", "messages", "progress_bar", "progress_display", "warn"]
 
 
 class ProgressBar(Protocol):
@@ -72,6 +72,12 @@ def existing(path: Path, what: str) -> Path:
 
         raise InputError(f"{path}: no such file: give {what}")
     return path
+
+
+def ask(questions: Sequence[str]) -> None:
+    """Print questions about the input on standard error, a line each."""
+    for question in questions:
+        print(f"damper-rig: {question}", file=sys.stderr)
 
 
 def warn(runs: Sequence[Run]) -> None:

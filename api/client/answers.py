@@ -105,7 +105,7 @@ class RunFile:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rig:
-    """One rig; ``paused``: why no campaign starts, None where its queue runs."""
+    """One rig; ``paused``: why no campaign starts, None where its queue runs; ``state``: what is known of it."""
 
     url: str
     worker: str | None
@@ -116,6 +116,8 @@ class Rig:
     id: str = ""
     name: str = ""
     serial: str = ""
+    state: str = ""
+    state_text: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

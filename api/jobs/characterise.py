@@ -46,18 +46,18 @@ class CharacteriseRequest:
 
 def _check(task: Task) -> None:
     from identification.errors import DataError
+    from identification.measured import read_runs
     from identification.steady import steady_cycles
-    from rigctl.runfile import read_run
 
-    if not any(steady_cycles(read_run(path)) for path in (*task.runs, *task.held_out)):
+    if not any(map(steady_cycles, read_runs((*task.runs, *task.held_out)))):
         raise DataError("no run is a steady sine: the sheet needs whole cycles of a sine and a force that varies")
 
 
 def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
+    from identification.measured import read_runs
     from identification.sheet import write_sheet
-    from rigctl.runfile import read_run
 
-    runs = [read_run(path) for path in (*task.runs, *task.held_out)]  # nothing is fitted: held-out runs are drawn too
+    runs = read_runs((*task.runs, *task.held_out))  # nothing is fitted: held-out runs are drawn too
     tell(0.5, "drawing")
     return {"tests": write_sheet(folder / "sheet.html", runs)}
 

@@ -81,11 +81,11 @@ def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
 
 
 def _read(task: Task) -> tuple[Sequence[SimulationModel], Sequence[Run]]:
+    from identification.measured import read_runs
     from identification.models import model_from_json
-    from rigctl.runfile import read_run
 
     models = [model_from_json(model) for model in task.request["models"]]
-    return models, [read_run(path) for path in (*task.runs, *task.held_out)]
+    return models, read_runs((*task.runs, *task.held_out))
 
 
 COMPARE = Kind(

@@ -76,10 +76,11 @@ def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
 
 def _read(task: Task) -> tuple[Model | None, Sequence[Run], Sequence[Run] | None]:
     from identification.discrepancy.foreign import as_base
+    from identification.measured import read_runs
     from identification.models import model_from_json
-    from rigctl.runfile import read_run
 
-    runs, held_out = ([read_run(path) for path in paths] for paths in (task.runs, task.held_out))
+    every = read_runs((*task.runs, *task.held_out), once=True)
+    runs, held_out = every[: len(task.runs)], every[len(task.runs) :]
     if task.request["model"] is None:
         return None, runs, held_out or None
     model, driven = as_base(model_from_json(task.request["model"]), [*runs, *held_out])

@@ -76,11 +76,13 @@ def _check(task: Task) -> None:
 
 
 def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
-    from identification.fitting import fit, warnings
+    from identification.fitting import fit, moved_far, warnings
     from identification.physical.modelfile import write_model
 
+    start, runs = _read(task)
     result = fit(
-        *_read(task),
+        start,
+        runs,
         starts=task.request["starts"],
         robust=task.request["robust"],
         refine=task.request["refine"],
@@ -92,18 +94,18 @@ def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
         "converged": result.converged,
         "reason": result.reason,
         "iterations": result.iterations,
-        "warnings": list(warnings(result)),
+        "warnings": [*warnings(result), *moved_far(start, result.model)],
     }
 
 
 def _read(task: Task) -> tuple[Model, list[Run]]:
+    from identification.measured import read_runs
     from identification.models import model_from_json
     from identification.physical.model import Model
-    from rigctl.runfile import read_run
 
     model = model_from_json(task.request["model"], only=("physical",))
     assert isinstance(model, Model)  # by `only`
-    return model, [read_run(path) for path in task.runs]
+    return model, read_runs(task.runs, once=True)
 
 
 FIT = Kind(name="fit", request=FitRequest, files={"model.json": "application/json"}, check=_check, run=_run)

@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from identification.errors import ModelError
-from identification.models import model_from_json
 
 __all__ = ["check_model", "model_name"]
 
 
 def check_model(model: Mapping[str, Any], *, where: str = "model") -> None:
     """Raise ModelError where it is not a model; ``where`` it stands in the request. Any: JSON of the request."""
+    from identification.models import model_from_json  # a second of libraries: a service that starts does not wait
+
     try:
         model_from_json(model)
     except ModelError as error:

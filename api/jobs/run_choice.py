@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from api.campaigns.new_campaign import check_text
+from api.campaigns.texts import check_text
 from api.errors import InputError
-from api.store.runs import RunStore
+
+if TYPE_CHECKING:
+    from api.store.runs import RunStore  # the process of a job does without a database
 
 __all__ = ["RunChoice", "check_choice", "find_runs"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, Query, Response
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse
 from pydantic import JsonValue
@@ -31,7 +31,7 @@ from api.routes.answers import (
 )
 from api.routes.creation import CreationDep, created, json_answer
 from api.routes.files import run_file
-from api.routes.paging import PageDep, link_pages, next_page
+from api.routes.paging import PageDep
 from api.routes.person import PersonDep
 from api.routes.queue_answers import Move, Precondition, QueueAnswer, place_in, queue_answer, read_version
 from api.service import Service, ServiceDep
@@ -75,13 +75,10 @@ def check(body: NewCampaign, service: ServiceDep) -> CheckAnswer:
 
 
 @router.get("")
-def list_campaigns(
-    service: ServiceDep, request: Request, response: Response, page: PageDep, state: CampaignState | None = None
-) -> CampaignList:
+def list_campaigns(service: ServiceDep, page: PageDep, state: CampaignState | None = None) -> CampaignList:
     """The newest campaigns first."""
     found = service.campaigns.campaigns(limit=page.limit, before=page.before, state=state)
-    after = next_page([one.number for one in found], page)
-    link_pages(request, response, after.cursor)
+    after = page.next([one.number for one in found])
     return CampaignList(
         campaigns=[summary(campaign) for campaign in found], next_before=after.before, next_cursor=after.cursor
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -18,7 +18,7 @@ from api.service import Service, service_of
 from api.store.idempotency import GivenAnswer, KeyedRequest
 from excitation import TestPlan
 
-__all__ = ["CREATED", "Creation", "CreationDep", "IdempotencyKey", "created", "creation_of", "json_answer"]
+__all__ = ["CREATED", "Asked", "Creation", "CreationDep", "IdempotencyKey", "created", "json_answer"]
 
 CREATED = 201
 
@@ -71,19 +71,36 @@ IdempotencyKey = Annotated[
 
 
 async def _creation(request: Request, idempotency_key: IdempotencyKey = None) -> Creation:
-    body = b"" if idempotency_key is None else await request.body()
-    return creation_of(request, idempotency_key, body)
+    asked = Asked(request, idempotency_key)
+    if idempotency_key is not None:
+        asked.read(await request.body())
+    return asked.creation()
 
 
-def creation_of(request: Request, key: str | None, body: bytes) -> Creation:
-    """Of a request with this Idempotency-Key; ``body`` is its body, or the SHA-256 of one that was streamed."""
-    service, who = service_of(request), person(request)
-    if key is None:
-        return Creation(service=service, person=who, request=None)
-    digest = hashlib.sha256(f"{who}\n".encode() + request.scope["query_string"] + b"\n" + body)
-    address = f"{request.method} {request.url.path}"[:200]
-    keyed = KeyedRequest(key=key, address=address, fingerprint=digest.hexdigest())
-    return Creation(service=service, person=who, request=keyed)
+class Asked:
+    """A request with this Idempotency-Key, whose body is read in as many pieces as it comes in."""
+
+    def __init__(self, request: Request, key: str | None) -> None:
+        self._request, self._key, self._person = request, key, person(request)
+        self._digest = hashlib.sha256(f"{self._person}\n".encode() + request.scope["query_string"] + b"\n")
+
+    def read(self, piece: bytes) -> None:
+        self._digest.update(piece)
+
+    async def stream(self) -> AsyncIterator[bytes]:
+        """The pieces of the body, as they come."""
+        async for piece in self._request.stream():
+            self.read(piece)
+            yield piece
+
+    def creation(self) -> Creation:
+        """What it asks for; call it when the body has been read."""
+        service = service_of(self._request)
+        if self._key is None:
+            return Creation(service=service, person=self._person, request=None)
+        address = f"{self._request.method} {self._request.url.path}"[:200]
+        keyed = KeyedRequest(key=self._key, address=address, fingerprint=self._digest.hexdigest())
+        return Creation(service=service, person=self._person, request=keyed)
 
 
 def created(answer: BaseModel, location: str) -> GivenAnswer:

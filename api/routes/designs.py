@@ -12,14 +12,15 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, JsonValue
 from starlette.requests import ClientDisconnect
 
-from api.campaigns.new_campaign import check_reads_no_file, check_text, plan_of
+from api.campaigns.new_campaign import check_reads_no_file, plan_of
+from api.campaigns.texts import check_text
 from api.campaigns.typed_tests import TestConfig
 from api.errors import InputError, TooSlow
 from api.findings import Findings, Refused
 from api.routes.answers import Answer, iso_time
-from api.routes.creation import Creation, CreationDep, IdempotencyKey, creation_of
+from api.routes.creation import Asked, Creation, CreationDep, IdempotencyKey
 from api.routes.files import stated_length
-from api.routes.paging import PageDep, link_pages, next_page
+from api.routes.paging import PageDep
 from api.service import Service, ServiceDep
 from api.store.designs import Design
 from api.store.samples import KIND, names_of_samples, plays_samples
@@ -125,8 +126,9 @@ async def create_from_file(
     check_text("name", title, 200)
     await run_in_threadpool(service.runs.check_room)
     try:
-        async with service.runs.samples.receive(file, request.stream(), length=stated_length(request)) as found:
-            creation = creation_of(request, idempotency_key, found.sha256.encode())
+        asked = Asked(request, idempotency_key)
+        async with service.runs.samples.receive(file, asked.stream(), length=stated_length(request)) as found:
+            creation = asked.creation()
 
             def stored() -> Response:
                 design = NewDesign(name=title, tests=found.tests, warm_up=found.warm_up)
@@ -138,11 +140,10 @@ async def create_from_file(
 
 
 @router.get("")
-def list_designs(service: ServiceDep, request: Request, response: Response, page: PageDep) -> DesignList:
+def list_designs(service: ServiceDep, page: PageDep) -> DesignList:
     """The newest designs first."""
     found = service.designs.newest(limit=page.limit, before=page.before)
-    after = next_page([one.number for one in found], page)
-    link_pages(request, response, after.cursor)
+    after = page.next([one.number for one in found])
     return DesignList(designs=[_summary(one) for one in found], next_cursor=after.cursor)
 
 

@@ -15,10 +15,16 @@ __all__ = ["router"]
 router = APIRouter(include_in_schema=False)
 
 _STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; color: #1c2733; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
+:root { color-scheme: light dark; --ink: #17212b; --soft: #51606d; --paper: #fff; --code: #f2f5f7; --link: #0a5c9a; }
+@media screen and (prefers-color-scheme: dark) {
+  :root { --ink: #e4eaef; --soft: #a5b3bf; --paper: #18212a; --code: #0f161c; --link: #6fb6ee; }
+}
+body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 60rem;
+  margin: 2rem auto; padding: 0 1rem; overflow-wrap: anywhere; }
+a { color: var(--link); }
 h2 { font-size: 1.05rem; margin: 1.6rem 0 .2rem; font-family: ui-monospace, monospace; }
-p { margin: .2rem 0; } .hint { color: #5b6875; font-size: .9rem; }
-pre { background: #f4f6f8; padding: .8rem; overflow: auto; }
+p { margin: .2rem 0; } .hint { color: var(--soft); font-size: .9rem; }
+pre { background: var(--code); padding: .8rem; overflow: auto; }
 """
 _EXAMPLE = """curl -X POST http://127.0.0.1:8420/v1/campaigns -H 'content-type: application/json' -d '{
   "name": "first look", "rig": "modbus://127.0.0.1:5020", "specimen": "damper 7",
@@ -42,7 +48,8 @@ def docs(request: Request) -> HTMLResponse:
         for method, route in methods.items()
     )
     return HTMLResponse(
-        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>damper-rig: HTTP interface</title>'
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1"><title>damper-rig: HTTP interface</title>'
         f'<link rel="icon" href="data:,"><style>{_STYLE}</style></head><body><h1>HTTP interface</h1>'
         f"<p>Version {escape(schema['info']['version'])}. Bad requests are answered with 4xx and one line in "
         f'<code>detail</code> of a problem (RFC 9457). <a href="/openapi.json">OpenAPI</a> for programs.</p>'

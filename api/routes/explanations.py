@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -15,7 +15,7 @@ from api.jobs.explain import EXPLAIN, ExplainRequest
 from api.routes.answers import CampaignSummary, ExplanationAnswer, ExplanationList, explanation_answer
 from api.routes.campaigns import accepted, checked
 from api.routes.creation import CreationDep
-from api.routes.paging import PageDep, link_pages, next_page
+from api.routes.paging import PageDep
 from api.routes.person import PersonDep
 from api.service import Service, ServiceDep
 
@@ -52,15 +52,12 @@ def create(body: ExplainRequest, service: ServiceDep, creation: CreationDep) -> 
 @router.get("")
 def list_explanations(
     service: ServiceDep,
-    request: Request,
-    response: Response,
     page: PageDep,
     campaign: str = "",
 ) -> ExplanationList:
     """The newest explanations first."""
     found = service.explanations.newest(limit=page.limit, before=page.before, campaign_id=campaign)
-    after = next_page([one.number for one in found], page)
-    link_pages(request, response, after.cursor)
+    after = page.next([one.number for one in found])
     return ExplanationList(
         explanations=[explanation_answer(job) for job in found], next_before=after.before, next_cursor=after.cursor
     )

@@ -90,7 +90,7 @@ class Feed:
         told = event("trouble", {"detail": trouble}) if trouble else ""
         if told != self._trouble:
             said.append(told or event("trouble", {"detail": ""}))
-        known = RigList(rigs=[rig_answer(one, self._service.lines) for one in records]).model_dump(mode="json")
+        known = RigList(rigs=[rig_answer(one, self._service) for one in records]).model_dump(mode="json")
         rigs = event("rigs", known)
         said += [rigs] if rigs != self._rigs else []
         self._rigs, self._trouble = rigs, told

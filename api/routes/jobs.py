@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Request, Response
+from fastapi import APIRouter, Body, Response
 from fastapi.responses import FileResponse
 from pydantic import BaseModel
 
@@ -13,7 +13,7 @@ from api.jobs.accept import prepare
 from api.jobs.kinds import AnyRequest, find_kind
 from api.routes.answers import JobAnswer, JobList, job_answer
 from api.routes.creation import CreationDep
-from api.routes.paging import PageDep, link_pages, next_page
+from api.routes.paging import PageDep
 from api.service import ServiceDep
 
 __all__ = ["router"]
@@ -40,16 +40,13 @@ def submit(
 @router.get("")
 def list_jobs(
     service: ServiceDep,
-    request: Request,
-    response: Response,
     page: PageDep,
     campaign: str = "",
     kind: str = "",
 ) -> JobList:
     """The newest jobs first."""
     found = service.jobs.newest(limit=page.limit, before=page.before, campaign_id=campaign, kind=kind)
-    after = next_page([one.number for one in found], page)
-    link_pages(request, response, after.cursor)
+    after = page.next([one.number for one in found])
     return JobList(jobs=[job_answer(job) for job in found], next_before=after.before, next_cursor=after.cursor)
 
 

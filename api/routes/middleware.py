@@ -13,7 +13,7 @@ from api.problems import problem, send_problem
 from api.routes.strict_json import NotJson, check_json
 from api.routes.strict_request import is_json
 
-__all__ = ["BodyLimit"]
+__all__ = ["BodyLimit", "body_first"]
 
 _READS = ("GET", "HEAD", "OPTIONS")
 _LARGE_BYTES = 2**16  # checked in less than a millisecond
@@ -50,7 +50,8 @@ class BodyLimit:
                 status, found = (422, error.findings) if isinstance(error, Refused) else (400, ())
                 await problem(status, one_line(error), scope, errors=found)(scope, receive, send)
                 return
-        await self.app(scope, _once(bytes(body), receive), send)
+        whole = {"type": "http.request", "body": bytes(body), "more_body": False}
+        await self.app(scope, body_first(whole, receive), send)
 
 
 async def _checked(body: bytes) -> None:
@@ -61,15 +62,15 @@ async def _checked(body: bytes) -> None:
         await to_thread(check_json, body)
 
 
-def _once(body: bytes, receive: Receive) -> Receive:
-    """A receive that returns the whole body first, then the messages of the connection."""
+def body_first(whole: Message, then: Receive) -> Receive:
+    """A receive that returns the whole body first, then what ``then`` receives."""
     given = False
 
     async def next_message() -> Message:
         nonlocal given
         if given:
-            return await receive()
+            return await then()
         given = True
-        return {"type": "http.request", "body": body, "more_body": False}
+        return whole
 
     return next_message

@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Request, Response
+from fastapi import APIRouter, Body, Response
 from pydantic import BaseModel, JsonValue
 
 from api.errors import InputError
 from api.jobs.model_option import check_model, model_name
 from api.routes.answers import Answer, iso_time
 from api.routes.creation import CreationDep
-from api.routes.paging import PageDep, link_pages, next_page
+from api.routes.paging import PageDep
 from api.service import ServiceDep
 from api.store.models import StoredModel
 
@@ -30,7 +30,7 @@ ModelFile = Annotated[
                 "format_version": 1,
                 "kind": "physical",
                 "name": "linear damper",
-                "core": [{"element": "viscous_damper", "parameters": {"c": 1500.0}}],
+                "paths": {"core": [{"element": "viscous_damping", "parameters": {"c": 1500.0}}]},
             }
         ],
     ),
@@ -78,11 +78,10 @@ def create(body: ModelFile, service: ServiceDep, creation: CreationDep) -> Respo
 
 
 @router.get("")
-def list_models(service: ServiceDep, request: Request, response: Response, page: PageDep) -> ModelList:
+def list_models(service: ServiceDep, page: PageDep) -> ModelList:
     """The newest models first."""
     found = service.models.newest(limit=page.limit, before=page.before)
-    after = next_page([one.number for one in found], page)
-    link_pages(request, response, after.cursor)
+    after = page.next([one.number for one in found])
     return ModelList(models=[_summary(one) for one in found], next_cursor=after.cursor)
 
 

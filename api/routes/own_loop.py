@@ -9,6 +9,7 @@ from threading import Thread
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.routes.crossing import Crossing
+from api.routes.middleware import body_first
 
 __all__ = ["OwnLoop"]
 
@@ -85,7 +86,7 @@ class _Asked:
 
         error: BaseException | None = None
         try:
-            await self._app(self._scope, _once(self._first, _never), keep)
+            await self._app(self._scope, body_first(self._first, _never), keep)
         except BaseException as raised:  # noqa: BLE001 - whatever it was, it is raised where the request came in
             error = raised
         self._back.call(partial(self._tell, messages, error))
@@ -97,20 +98,6 @@ class _Asked:
             self.answer.set_exception(error)
         else:
             self.answer.set_result(messages)
-
-
-def _once(first: Message, then: Receive) -> Receive:
-    """A receive that returns the whole body first."""
-    given = False
-
-    async def next_message() -> Message:
-        nonlocal given
-        if given:
-            return await then()
-        given = True
-        return first
-
-    return next_message
 
 
 async def _never() -> Message:

@@ -6,7 +6,7 @@ import base64
 import binascii
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 from urllib.parse import urlencode
 
@@ -14,7 +14,7 @@ from fastapi import Depends, Query, Request, Response
 
 from api.findings import Finding, Refused
 
-__all__ = ["MOST_NUMBER", "CursorDep", "PageDep", "cursor_of", "link_pages", "next_page", "read_cursor"]
+__all__ = ["MOST_NUMBER", "CursorDep", "PageDep", "cursor_of", "link_pages", "read_cursor"]
 
 MOST_NUMBER = 2**31 - 1  # of an entry: an integer of PostgreSQL
 _LONGEST_CURSOR = 400
@@ -23,11 +23,31 @@ Key = tuple[float | int | str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class NextPage:
+    """Where the next page begins; None: there is none."""
+
+    before: int | None
+    cursor: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Page:
     """At most ``limit`` entries, of lower numbers than ``before``."""
 
     limit: int
     before: int | None
+    request: Request = field(repr=False)
+    response: Response = field(repr=False)
+
+    def next(self, numbers: Sequence[int]) -> NextPage:
+        """The page after this one, whose entries have these numbers; after a full page there may be another.
+
+        The answer gets its Link header.
+        """
+        last = numbers[-1] if len(numbers) == self.limit else None
+        cursor = None if last is None else cursor_of(last)
+        link_pages(self.request, self.response, cursor)
+        return NextPage(before=last, cursor=cursor)
 
 
 Limit = Annotated[int, Query(ge=1, le=200, description="Most entries of a page.")]
@@ -41,6 +61,8 @@ CursorDep = Annotated[
 
 
 async def _page(
+    request: Request,
+    response: Response,
     limit: Limit = 50,
     cursor: CursorDep = "",
     before: Annotated[
@@ -55,22 +77,7 @@ async def _page(
                 before = number
             case _:
                 raise _wrong()
-    return Page(limit=limit, before=before)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NextPage:
-    """Where the next page begins; None: there is none."""
-
-    before: int | None
-    cursor: str | None
-
-
-def next_page(numbers: Sequence[int], page: Page) -> NextPage:
-    """The page after one whose entries have these numbers; after a full page there may be another."""
-    if len(numbers) < page.limit:
-        return NextPage(before=None, cursor=None)
-    return NextPage(before=numbers[-1], cursor=cursor_of(numbers[-1]))
+    return Page(limit=limit, before=before, request=request, response=response)
 
 
 PageDep = Annotated[Page, Depends(_page)]

@@ -7,8 +7,8 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 from api.campaigns.records import RigRecord
 from api.campaigns.rigs import RigEvent
 from api.campaigns.sight import seen_of
-from api.line.service_end import ServiceEnd
 from api.routes.answers import iso_time
+from api.service import Service
 
 __all__ = [
     "Changes",
@@ -100,6 +100,7 @@ class RigAnswer(BaseModel):
     reserved_by: str | None
     reserved_until: str | None
     worker: str | None
+    worker_again_at: str | None  # the next one, after one that ended on its own; at once where the queue is resumed
     running: str | None
     accepted: int
     paused: str | None
@@ -138,9 +139,10 @@ class RigEvents(BaseModel):
     events: list[RigEventAnswer]
 
 
-def rig_answer(record: RigRecord, lines: ServiceEnd) -> RigAnswer:
+def rig_answer(record: RigRecord, service: Service) -> RigAnswer:
     rig = record.rig
-    seen = seen_of(rig, lines.lines.get(rig.id))
+    again_s = service.restarts.next_s(rig.id)
+    seen = seen_of(rig, service.lines.lines.get(rig.id), again_s)
     return RigAnswer(
         id=rig.id,
         url=rig.address,
@@ -153,6 +155,7 @@ def rig_answer(record: RigRecord, lines: ServiceEnd) -> RigAnswer:
         reserved_by=rig.reserved_by,
         reserved_until=None if rig.reserved_until_s is None else iso_time(rig.reserved_until_s),
         worker=record.worker or None,
+        worker_again_at=None if again_s is None else iso_time(again_s),
         running=record.running or None,
         accepted=record.accepted,
         paused=record.pause.reason if record.pause else None,

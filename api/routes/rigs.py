@@ -47,7 +47,7 @@ ASK_S = 2.0  # for a rig to say who it is when it is registered; one that is swi
 @router.get("")
 def list_rigs(service: ServiceDep) -> RigList:
     """Every registered rig; a campaign that names an allowed address registers a rig on the way."""
-    return RigList(rigs=[rig_answer(rig, service.lines) for rig in service.rigs.rigs()])
+    return RigList(rigs=[rig_answer(rig, service) for rig in service.rigs.rigs()])
 
 
 @router.post("", status_code=201)
@@ -59,19 +59,19 @@ def register(body: NewRig, service: ServiceDep, response: Response, person: Pers
     values = {"name": body.name, "envelope": body.envelope, "interlocks": body.interlocks}
     record = service.rigs.register(address, who=person, identity=_identity(address), **values)
     response.headers["Location"] = f"/v1/rigs/{record.rig.id}"
-    return rig_answer(record, service.lines)
+    return rig_answer(record, service)
 
 
 @router.post("/resume")
 def resume_named(body: RigName, service: ServiceDep, person: PersonDep) -> RigAnswer:
     """Resume the queue of a rig, after a look at the rig: the campaigns that wait for it start again."""
-    return rig_answer(service.rigs.resume(body.rig, who=person, reason=body.reason), service.lines)
+    return rig_answer(service.rigs.resume(body.rig, who=person, reason=body.reason), service)
 
 
 @router.get("/{rig}")
 def one(rig: str, service: ServiceDep) -> RigAnswer:
     """One rig, by its id, serial number or name."""
-    return rig_answer(service.rigs.one(rig), service.lines)
+    return rig_answer(service.rigs.one(rig), service)
 
 
 @router.patch("/{rig}")
@@ -85,7 +85,7 @@ def change(rig: str, body: Changes, service: ServiceDep, person: PersonDep) -> R
         if key in values and values[key] is None:
             raise InputError(f"{key} is null: give a value, or leave it out")
     _check(values.get("envelope"), values.get("interlocks") or [])
-    return rig_answer(service.rigs.change(rig, who=person, **values), service.lines)
+    return rig_answer(service.rigs.change(rig, who=person, **values), service)
 
 
 @router.get("/{rig}/events")
@@ -105,13 +105,13 @@ def queue(rig: str, service: ServiceDep, response: Response) -> QueueAnswer:
 @router.post("/{rig}/pause")
 def pause(rig: str, body: Reason, service: ServiceDep, person: PersonDep) -> RigAnswer:
     """Pause its queue: the campaign that runs goes on, none starts until somebody resumes the queue."""
-    return rig_answer(service.rigs.pause(rig, body.reason or "an operator paused it", who=person), service.lines)
+    return rig_answer(service.rigs.pause(rig, body.reason or "an operator paused it", who=person), service)
 
 
 @router.post("/{rig}/resume")
 def resume(rig: str, body: Reason, service: ServiceDep, person: PersonDep) -> RigAnswer:
     """Resume its queue, after a look at the rig."""
-    return rig_answer(service.rigs.resume(rig, who=person, reason=body.reason), service.lines)
+    return rig_answer(service.rigs.resume(rig, who=person, reason=body.reason), service)
 
 
 @router.post("/{rig}/reserve")
@@ -120,13 +120,13 @@ def reserve(rig: str, body: Reservation, service: ServiceDep, person: PersonDep)
     who = person or body.by
     if not who:
         raise InputError("by is missing: say for whom the rig is reserved")
-    return rig_answer(service.rigs.reserve(rig, who=who, for_s=body.for_s), service.lines)
+    return rig_answer(service.rigs.reserve(rig, who=who, for_s=body.for_s), service)
 
 
 @router.post("/{rig}/release")
 def release(rig: str, service: ServiceDep, person: PersonDep) -> RigAnswer:
     """End its reservation."""
-    return rig_answer(service.rigs.release(rig, who=person), service.lines)
+    return rig_answer(service.rigs.release(rig, who=person), service)
 
 
 @router.post("/{rig}/stop", status_code=202)

@@ -87,8 +87,8 @@ class SampleStore:
             mark = await asyncio.to_thread(PartMark, folder)
             try:
                 with self._receiving.turn(name, length):
-                    digest, found = await self._read(folder / "upload", name, content)
-                    written = await asyncio.to_thread(self._written, folder, name, digest, found)
+                    found = await self._read(folder / "upload", name, content)
+                    written = await asyncio.to_thread(self._written, folder, name, found)
                 yield written
             finally:
                 await asyncio.to_thread(self._end, folder, mark)
@@ -152,19 +152,19 @@ class SampleStore:
         for mark in dead:
             mark.unlink(missing_ok=True)
 
-    async def _read(self, folder: Path, name: str, content: AsyncIterable[bytes]) -> tuple[str, PlanContent]:
+    async def _read(self, folder: Path, name: str, content: AsyncIterable[bytes]) -> PlanContent:
         part = await asyncio.to_thread(PartFile, folder, name)
         try:
             await self._receiving.write(part, name, content)
             if not part.size:
                 raise InputError("the body is empty: send the content of an excitation or plan file")
             await asyncio.to_thread(part.name_it)  # the reader goes by its ending
-            return part.sha256, await self._reader.read_plan(part.final, name)
+            return await self._reader.read_plan(part.final, name)
         finally:
             part.discard()
             await asyncio.to_thread(rmtree, folder, ignore_errors=True)
 
-    def _written(self, folder: Path, name: str, digest_of_body: str, found: PlanContent) -> PlanUpload:
+    def _written(self, folder: Path, name: str, found: PlanContent) -> PlanUpload:
         self._receiving.space.check(sum(values.nbytes for one in found.excitations for values in channels_of(one)))
         digests: list[str] = []
         files: dict[str, _File] = {}
@@ -185,7 +185,6 @@ class SampleStore:
             sync_directory(folder)
             sync_directory(folder.parent)
         return PlanUpload(
-            sha256=digest_of_body,
             tests=[_with_digest(test, digests) for test in found.tests],
             warm_up=None if found.warm_up is None else _with_digest(found.warm_up, digests),
             make=Excitations(self, known),
@@ -266,7 +265,6 @@ class _File:
 class PlanUpload:
     """The tests of an uploaded file as configurations, which nobody has checked yet. Any: JSON."""
 
-    sha256: str  # of the file as it came
     tests: list[dict[str, Any]]
     warm_up: dict[str, Any] | None
     make: Excitations

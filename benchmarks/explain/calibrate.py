@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from benchmarks.explain.__main__ import in_a_line, wanted
-from benchmarks.explain.archive import features_of_latest
 from benchmarks.explain.judge import Outcome, features_from_json, judge
 from benchmarks.explain.outcomes import collect, executor_for_cases, read
 from benchmarks.explain.summary import CONFIDENT, expected_calibration_error
 from benchmarks.hidden import Conditions
+from benchmarks.machines.figures import right_among
 from identification.criteria import FORM
 from identification.discrepancy.confidence import DOUBTS, Features, Table, confidence, doubts
 from identification.discrepancy.confidence_table import PATH, table_to_json
@@ -45,28 +45,26 @@ class JudgedName:
 
 
 def names_in(outcomes: Sequence[Outcome]) -> list[JudgedName]:
-    """Every name that was judged, also those then withheld; of older outcomes the last name, if it was stated."""
-    return [name for o in outcomes for name in (_judged_in(o) if "judged" in o else _latest_in(o))]
+    """Every name that was judged, also those then withheld."""
+    return [name for o in outcomes if "judged" in o for name in _judged_in(o)]  # without it, a refusal
 
 
 def _judged_in(o: Outcome) -> list[JudgedName]:
+    """The names of one case; those that only say that the curve of its base is of another form are neither."""
+    found = [said["name"] for said in o["judged"]]
+    machine = o.get("source") == "machine"
+    true = right_among({**o, "form": []}, found) if machine else set(o["true"])
+    neither = right_among(o, found) - true if machine else set()
     return [
         JudgedName(
             seed=o["seed"],
             features=features_from_json(said),
             stated=said["confidence"],
-            true=said["name"] in o["true"],
+            true=said["name"] in true,
         )
         for said in o["judged"]
+        if said["name"] not in neither
     ]
-
-
-def _latest_in(o: Outcome) -> list[JudgedName]:
-    latest = features_of_latest(o)
-    if latest is None:
-        return []
-    name, features = latest
-    return [JudgedName(seed=o["seed"], features=features, stated=o["names"][name], true=name in o["true"])]
 
 
 def fitted(names: Sequence[JudgedName], penalty: float = _PENALTY) -> Table:
@@ -107,7 +105,7 @@ def reliability(confidences: Sequence[float], true: Sequence[bool]) -> str:
 
 def shown(names: Sequence[JudgedName], table: Table) -> str:
     """Reliability of the table and of the confidence that was stated, on each half."""
-    lines = [f"{'':<34}{'right ≥ 0.4':>14}{'right ≥ 0.9':>14}{'ECE':>8}{'Brier':>8}"]
+    lines = [f"{'':<34}{'right, stated':>14}{'right ≥ 0.9':>14}{'ECE':>8}{'Brier':>8}"]
     for title, half in (("fitted half", 0), ("other half", 1)):
         these = [n for n in names if n.seed % 2 == half]
         true = [n.true for n in these]

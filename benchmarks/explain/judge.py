@@ -77,7 +77,8 @@ def _json_features(features: Features) -> Outcome:
 
 def features_from_json(data: Outcome) -> Features:
     """The features of a judged name, from its line of JSON."""
-    own = {f.name: data[f.name] for f in fields(Features)}
+    older = {"left_held_out": data["left_beside"]}  # outcomes that do not have it
+    own = {f.name: data.get(f.name, older.get(f.name)) for f in fields(Features)}
     return Features(**{**own, "margin": np.inf if own["margin"] is None else own["margin"]})
 
 

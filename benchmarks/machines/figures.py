@@ -16,7 +16,12 @@ GROUPS = ("one", "two", "three and four", "null", "outside", "apart", "turned")
 
 def right_names(o: Outcome) -> set[str]:
     """Of the stated names those that are true: at most one set for a hidden effect, and those for the base's form."""
-    said = set(o.get("names", {}))
+    return right_among(o, o.get("names", {}))
+
+
+def right_among(o: Outcome, names: Iterable[str]) -> set[str]:
+    """Those of the names that are true of a case."""
+    said = set(names)
     choices = [[(), *(tuple(names) for names in h["accepted"] if set(names) <= said)] for h in o["hidden"]]
     best: set[str] = set()
     for chosen in product(*choices):

@@ -25,21 +25,24 @@ _before: tuple[int, int] | None = None
 
 
 @contextmanager
-def bounded_memory() -> Iterator[None]:
-    """Within the block an allocation beyond HEADROOM_BYTES fails, in every thread. Only on Linux."""
-    _begin()
+def bounded_memory(headroom: int = HEADROOM_BYTES) -> Iterator[None]:
+    """Within the block an allocation beyond ``headroom`` bytes fails, in every thread. Only on Linux.
+
+    A block within another has the bound of the outer one.
+    """
+    _begin(headroom)
     try:
         yield
     finally:
         _end()
 
 
-def _begin() -> None:
+def _begin(headroom: int) -> None:
     global _inside, _before
     with _lock:
         _inside += 1
         if _inside == 1 and _STATE.exists():
-            _before = _limit(HEADROOM_BYTES)
+            _before = _limit(headroom)
 
 
 def _end() -> None:

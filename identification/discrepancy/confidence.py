@@ -9,6 +9,7 @@ from math import exp, inf, isfinite, log, log1p
 from identification.criteria import CHANCE, FORM
 from identification.errors import ConfidenceTableError
 
+_NO_HELP = 1.5  # share left with a name that is worse than none: no larger one says more
 _LARGE = 500.0  # log odds whose exponential can still be taken
 
 
@@ -19,6 +20,7 @@ class Features:
     spread: float  # of its strengths from run to run, beyond noise; 1 is the common strength
     runs: int  # that know something of its strength
     left_beside: float  # share of what was missing without this name that is left with it
+    left_held_out: float  # the same on runs that were held out; that of the others where these do not show it
     margin: float  # to the best rival, in units of the form tolerance; a parameter more is one; inf without a rival
     own_share: float  # of its signature: what no refit of the base could imitate
     beside_curve: bool  # it is a curve over velocity, and the base has one of its own
@@ -33,6 +35,7 @@ DOUBTS: Mapping[str, Callable[[Features], float]] = {
     "scatter": lambda f: _beyond(f.spread, FORM.tolerance),
     "few_runs": lambda f: 1.0 / max(f.runs, 1),
     "left_beside": lambda f: f.left_beside**0.5,  # the root of an energy is an amplitude
+    "left_held_out": lambda f: min(f.left_held_out, _NO_HELP) ** 0.5,
     "rivalry": lambda f: (
         1.0 / (2.0 + f.margin)
     ),  # a margin is -1 at least: 1 for the closest rival, 1/2 for an even one
@@ -81,5 +84,13 @@ def confidence(features: Features, table: Table) -> float:
 
 def confidence_without_rival(runs: int, table: Table) -> float:
     """Probability of what nothing else could be and all runs show alike, such as a tone out of the noise."""
-    clear = Features(spread=0.0, runs=runs, left_beside=0.0, margin=inf, own_share=1.0, beside_curve=False)
+    clear = Features(
+        spread=0.0,
+        runs=runs,
+        left_beside=0.0,
+        left_held_out=0.0,
+        margin=inf,
+        own_share=1.0,
+        beside_curve=False,
+    )
     return confidence(clear, table)

@@ -11,11 +11,13 @@ import numpy as np
 from identification.criteria import TEXT
 from identification.discrepancy.confidence import Features, confidence, doubts
 from identification.discrepancy.confidence_table import fitted_table
-from identification.discrepancy.excess import contribution, excess_of
+from identification.discrepancy.excess import contribution, excess_of, significant_excess
 from identification.discrepancy.naming import Search
 from identification.discrepancy.rivals import Rival, beside_a_curve, margin_of, rivals_of
 from identification.discrepancy.strength import seen_by, spread_of, strengths
 from identification.physical.elements import CATALOGUE
+from identification.physical.model import Model
+from identification.physical.predict import predict
 from identification.record import Record
 
 
@@ -37,19 +39,25 @@ class Evidence:
         return self.features.spread
 
 
-def gather(found: Search, records: Sequence[Record]) -> list[Evidence]:
-    """Evidence for every name of a search, in the order in which they were found."""
-    return [_evidence(found, name, records) for name in found.names]
+def gather(found: Search, records: Sequence[Record], held_out: Sequence[Record]) -> list[Evidence]:
+    """Evidence for every name of a search, in the order in which they were found.
+
+    It is that of the records that the search was fitted to, but for what a name closes on those held out.
+    """
+    return [_evidence(found, name, records, held_out) for name in found.names]
 
 
-def _evidence(found: Search, name: str, records: Sequence[Record]) -> Evidence:
-    values, precision = strengths(found.fit.model, name, records)
-    own_share = float(np.sqrt(np.sum(precision) / max(contribution(found.fit.model, name, records), 1e-300)))
+def _evidence(found: Search, name: str, records: Sequence[Record], held_out: Sequence[Record]) -> Evidence:
+    model, without = found.fit.model, excess_of(found.compared[name].without)
+    left = max(found.excess, 0.0) / max(without, 1e-300)
+    strength, precision = strengths(model, name, records)
+    own_share = float(np.sqrt(np.sum(precision) / max(contribution(model, name, records), 1e-300)))
     rivals = rivals_of(found, name)
     features = Features(
-        spread=spread_of(values, precision),
+        spread=spread_of(strength, precision),
         runs=seen_by(precision),
-        left_beside=max(found.excess, 0.0) / max(excess_of(found.compared[name].without), 1e-300),
+        left_beside=left,
+        left_held_out=_left_on(held_out, model, found.compared[name].without.model, left),
         margin=margin_of(rivals),
         own_share=own_share,
         beside_curve=beside_a_curve(found, name),
@@ -57,13 +65,27 @@ def _evidence(found: Search, name: str, records: Sequence[Record]) -> Evidence:
     believed = confidence(features, fitted_table())
     return Evidence(
         name=name,
-        strengths=tuple(float(v) for v in values),
+        strengths=tuple(float(v) for v in strength),
         precision=tuple(float(p) for p in precision),
         features=features,
         rivals=tuple(rivals),
         confidence=believed,
         alternatives=_alternatives(1.0 - believed, rivals),
     )
+
+
+def _left_on(records: Sequence[Record], model: Model, without: Model, unseen: float) -> float:
+    """Share of what is missing on records without a name that is left with it; `unseen` where they do not show it."""
+    before = _excess_on(records, without)
+    if before <= significant_excess(records):
+        return unseen
+    return max(_excess_on(records, model), 0.0) / before
+
+
+def _excess_on(records: Sequence[Record], model: Model) -> float:
+    """Whitened residual energy of a model on records that it was not fitted to, beyond the noise."""
+    rests = [(r.measured - predict(model, r)[0]) / r.sigma for r in records]
+    return sum(float(np.dot(e, e)) - e.size for e in rests)
 
 
 def main_doubt(evidence: Evidence) -> str:
@@ -76,6 +98,7 @@ def main_doubt(evidence: Evidence) -> str:
         f"from run to run, a scatter of {features.spread:.0%} beyond noise",
         "few_runs": f"{features.runs} {'run shows' if features.runs == 1 else 'runs show'} it",
         "left_beside": f"{features.left_beside:.0%} of the gap without it stays with it",
+        "left_held_out": f"{features.left_held_out:.0%} of the gap without it stays with it on the held-out runs",
         "rivalry": f"{_closest(evidence.rivals)} is only {max(features.margin, 0.0):.1f} tolerances of form behind",
         "imitated": f"a refit of the base imitates {1.0 - features.own_share**2:.0%} of it",
         "beside_curve": "the damping curve of the base may be wrong instead",

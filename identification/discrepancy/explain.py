@@ -12,14 +12,23 @@ from identification.datachecks import findings_in
 from identification.discrepancy.candidates import remove_limits
 from identification.discrepancy.explanation import Explanation, NextTest, Traces
 from identification.discrepancy.hum import Hum, find_hum, hum_in
-from identification.discrepancy.naming import Compared, drop_departures
+from identification.discrepancy.naming import Compared
 from identification.discrepancy.nexttest import propose
-from identification.discrepancy.notes import capped, coarse, finer, of_runs, tared_apart, unnamed
+from identification.discrepancy.notes import (
+    capped,
+    coarse,
+    elsewhere,
+    far_as_given,
+    finer,
+    of_runs,
+    tared_apart,
+    unnamed,
+)
+from identification.discrepancy.odd import is_odd, odd_run, words_for
+from identification.discrepancy.passes import search_in_passes
 from identification.discrepancy.preparation import prepared
-from identification.discrepancy.search import search
 from identification.discrepancy.verdict import (
     SearchResult,
-    drop_doubtful,
     judge,
     test_is_worthwhile,
     without_least_confident,
@@ -31,6 +40,7 @@ from identification.physical.elements import CATALOGUE, TONE
 from identification.physical.model import Model, name_of
 from identification.physical.predict import predict
 from identification.record import Record, compact, noise_without, same_load_cell
+from identification.share import fair_shares
 from rigctl.runfile import Run
 
 Progress = Callable[[str, float], None]
@@ -68,8 +78,23 @@ def explain(
     if result.hum is not None and result.found.names and _find_hum(result.found.fit.model, result.train) is None:
         report("the hum was part of a named effect: repeating the search without it", 0.5)
         result = _search(model, base, None, train, held, lambda text, done: report(text, max(done, 0.5)))
+    result, odd = _without_odd_run(model, result, train, held, report)
     report("fitting the named effects", 0.8)
-    return _conclude(model, result, findings_in([*runs, *(held_out or ())]), report)
+    return _conclude(model, result, odd, findings_in([*runs, *(held_out or ())]), report)
+
+
+def _without_odd_run(
+    model: Model, result: SearchResult, train: Sequence[Record], held: Sequence[Record], report: Progress
+) -> tuple[SearchResult, Record | None]:
+    """The result of a search without the run that does not go with the others, and that run, where there is one."""
+    odd = odd_run(result)
+    if odd is None:
+        return result, None
+    report(f"most of what is left is in {train[odd].name}: searching again without it", 0.6)
+    rest = [r for k, r in enumerate(train) if k != odd]
+    base = fit_records(model, [compact(r) for r in rest])
+    others = _search(model, base, _find_hum(base.model, rest), rest, held, lambda text, done: None)
+    return (others, train[odd]) if is_odd(odd, result, others) else (result, None)
 
 
 def _search(
@@ -84,11 +109,12 @@ def _search(
     train, held = ([with_motion_noise(r, base.model) for r in rs] for rs in (train, held))
     quiet = [_with_noise_of(q, r) for q, r in zip(quiet, train, strict=True)]
     base = fit_records(base.model, quiet)
+    pieces = fair_shares(quiet, base.residuals)
+    if any(p is not q for p, q in zip(pieces, quiet, strict=True)):
+        quiet, base = pieces, fit_records(base.model, pieces)
     report("searching for missing effects", 0.2)
-    found = search(model, base, quiet, on_progress=lambda text: report(text, 0.4))
-    found, evidence, withheld = drop_doubtful(found, quiet)
-    found = drop_departures(found, quiet)
-    evidence = [e for e in evidence if e.name in found.names]
+    unseen = _remove_hum(base, hum, held)
+    found, evidence, withheld = search_in_passes(model, base, quiet, unseen, lambda text: report(text, 0.4))
     return SearchResult(
         base=base, found=found, evidence=evidence, withheld=withheld, hum=hum, train=train, held=held, quiet=quiet
     )
@@ -124,7 +150,9 @@ def _with_noise_of(quiet: Record, record: Record) -> Record:
     return replace(quiet, sigma=compact(record).sigma, independent=record.independent, modelled=record.modelled)
 
 
-def _conclude(given: Model, result: SearchResult, findings: Sequence[str], report: Progress) -> Explanation:
+def _conclude(
+    given: Model, result: SearchResult, odd: Record | None, findings: Sequence[str], report: Progress
+) -> Explanation:
     """The explanation: everything fitted again to the whole records, judged, with the next test and the notes."""
     base = fit_records(result.base.model, result.train, max_iterations=BUDGET.fit_iterations)
     result, final = _without_harm(result, _fit_final(result), base.model)
@@ -153,7 +181,7 @@ def _conclude(given: Model, result: SearchResult, findings: Sequence[str], repor
         moves=result.found.moves,
         compared={name_of(n): _named_for_reader(result.found.compared[n]) for n in result.found.names},
         traces=tuple(traces),
-        notes=_notes(result, final, traces, findings),
+        notes=(*_notes(result, final, traces, findings), *_of_odd(odd, final, result)),
     )
 
 
@@ -196,7 +224,9 @@ def _traces(record: Record, given: Model, base: Model, final: Model, *, held_out
 def _notes(result: SearchResult, final: Model, traces: Sequence[Traces], findings: Sequence[str]) -> tuple[str, ...]:
     """What the reader should know of the runs and of the model."""
     return (
+        *far_as_given(traces),
         *of_runs(result.train, result.held),
+        *elsewhere(result.train, result.held),
         *findings,
         *finer(result.base.model, result.found.fit.model),
         *unnamed(result.base.model, final, result.names),
@@ -204,6 +234,10 @@ def _notes(result: SearchResult, final: Model, traces: Sequence[Traces], finding
         *tared_apart(traces),
         *coarse(final, result.quiet),
     )
+
+
+def _of_odd(odd: Record | None, final: Model, result: SearchResult) -> tuple[str, ...]:
+    return () if odd is None else (words_for(odd, final, result.train),)
 
 
 def _name(given: Model, names: Sequence[str]) -> str:

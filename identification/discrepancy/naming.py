@@ -68,6 +68,7 @@ class Search:
     names: tuple[str, ...]  # their ids
     excess: float
     given: Model  # the base with the values it came with
+    earlier: tuple[str, ...] = ()  # ids of elements of the base that an earlier search has named
     base_excess: float = 0.0  # before any name, the base's own curves refined
     moves: tuple[Move, ...] = field(default=())
     compared: Mapping[str, Compared] = field(default_factory=dict)  # each of them, as it was last tried
@@ -99,26 +100,6 @@ def explains(state: Search) -> bool:
     return state.excess < FORM.explained * state.base_excess
 
 
-def drop_unproven(state: Search, records: Sequence[Record]) -> Search:
-    """Keep the names that are needed, where together they explain the gap; else those of which each closes much of what
-    is missing without it."""
-    return _drop_needless(state, records) if explains(state) else _drop_small(state, records)
-
-
-def _drop_small(state: Search, records: Sequence[Record]) -> Search:
-    """Remove the name that closes the least, again and again, until each closes much of what is missing without it."""
-    while state.names:
-        rests = {name: fit_without(state.fit, name, records) for name in state.names}
-        name, rest = min(
-            ((n, r) for n, r in rests.items() if r is not None), key=lambda own: excess_of(own[1]), default=(None, None)
-        )
-        if name is None or rest is None or state.excess < (1.0 - FORM.closes) * excess_of(rest):
-            compared = {n: replace(state.compared[n], without=r) for n, r in rests.items() if r is not None}
-            return replace(state, compared={**state.compared, **compared})
-        state = _drop(state, name, rest)
-    return state
-
-
 def drop_departures(state: Search, records: Sequence[Record]) -> Search:
     """Remove the names of elements that are only how another named element departs from its ideal."""
     named = {e.name: e for e in (state.fit.model.element(n) for n in state.names)}
@@ -140,7 +121,7 @@ def _is_departure(own: Element, named: Mapping[str, Element], state: Search, rec
     return closed < departure.share * contribution(state.fit.model, ideal.id, records)
 
 
-def _drop_needless(state: Search, records: Sequence[Record]) -> Search:
+def drop_needless(state: Search, records: Sequence[Record]) -> Search:
     """Remove every name without which the others fit as well."""
     for name in state.names if len(state.names) > 1 else ():
         rest = fit_without(state.fit, name, records)
@@ -156,9 +137,13 @@ def improve_once(state: Search, records: Sequence[Record], revise: Revise | None
     without them. `revise` checks the names so far when one has been added; by default `revise_names`.
     """
     improved = _add_best(state, records, revise=revise)
-    twice = improved is not None and sum(improved.fit.model.element(n).spec.dry_friction for n in improved.names) > 1
+    twice = improved is not None and sum(e.spec.dry_friction for e in _named(improved)) > 1
     dry = [name for name, spec in CATALOGUE.items() if spec.dry_friction]
     return _add_best(state, records, excluded=dry, revise=revise) if twice else improved
+
+
+def _named(state: Search) -> list[Element]:
+    return [state.fit.model.element(n) for n in (*state.earlier, *state.names)]
 
 
 def _swap_in_better_fit(state: Search) -> Search | None:
@@ -179,14 +164,10 @@ def _swap_in_better_fit(state: Search) -> Search | None:
 def _add_best(
     state: Search, records: Sequence[Record], *, excluded: Collection[str] = (), revise: Revise | None = None
 ) -> Search | None:
-    alone = explains(state)  # a small part of a gap that is nearly closed says nothing
-    at_least = FORM.closes if alone else FORM.helps
-    if len(state.names) == FORM.most_effects - 1:  # the last name must explain the gap, else drop_unproven drops all
-        at_least = max(at_least, 1.0 - FORM.explained * state.base_excess / state.excess)
-    least = BUDGET.half_as_good * at_least
+    least = BUDGET.half_as_good * FORM.helps
     found = trials(state.fit, _given_with_names(state), records, least=least, excluded=excluded)
     chosen = choose(found)
-    if chosen is None or state.excess - chosen.excess < at_least * state.excess:
+    if chosen is None or state.excess - chosen.excess < FORM.helps * state.excess:
         return None
     return add_name(state, chosen, found, records, revise)
 
@@ -214,8 +195,7 @@ def _ratio_to_noise(state: Search) -> float:
 def gap_remains(state: Search, records: Sequence[Record]) -> bool:
     """Whether the excess is significant, matters, and is larger than the form error of the names."""
     form = form_error(state.fit.model, state.names, records, state.base_excess - state.excess)
-    floor = max(material_excess(records), significant_excess(records))
-    return state.excess > floor + form
+    return state.excess > max(material_excess(records), significant_excess(records)) + form
 
 
 def _append_name(state: Search, chosen: Trial, found: Sequence[Trial]) -> Search:

@@ -28,6 +28,7 @@ from identification.record import Record, compact, record_to_come
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+_LONGEST_CORNER = 0.499  # of a period: two corners fill one, and a design of four digits must not exceed that
 _SHAPES = {Kind.SINE: "a sine", Kind.TRIANGLE: "a triangle", Kind.STEPS: "current steps under a sine"}
 Imagined = tuple[Mapping[str, Any], Record]  # a design and the record that its run would give
 
@@ -156,7 +157,7 @@ def _design(kind: Kind, rate: float, amplitude: float, frequency: float, level: 
     }
     if kind == "triangle":  # round corners, so that a rig can follow
         slope = 4.0 * amplitude * frequency
-        config["corner_time"] = float(f"{min(2.0 * slope / TEXT.corner_m_s2, 0.5 / frequency):.4g}")
+        config["corner_time"] = float(f"{min(2.0 * slope / TEXT.corner_m_s2, _LONGEST_CORNER / frequency):.4g}")
     if level is not None:
         config["current"] = float(f"{level:.4g}")
     return config

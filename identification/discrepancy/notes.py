@@ -79,9 +79,38 @@ def tared_apart(traces: Sequence[Traces]) -> list[str]:
     ]
 
 
+def far_as_given(traces: Sequence[Traces]) -> list[str]:
+    """A warning where the model as given is off by several times the measured force: units or signs, not an effect."""
+    force = float(np.sqrt(np.mean(np.concatenate([t.record.measured for t in traces]) ** 2)))
+    gap = float(np.sqrt(np.mean(np.concatenate([t.record.measured - t.as_given for t in traces]) ** 2)))
+    if gap < FORM.disproportionate * force:
+        return []
+    return [
+        f"the model as given is off by {gap:.3g} N rms where {force:.3g} N are measured: are its units, signs and "
+        "machine those of the runs?"
+    ]
+
+
+def elsewhere(train: Sequence[Record], held: Sequence[Record]) -> list[str]:
+    """A warning for each held-out run that moves in another band of frequency than all fitted ones."""
+    fitted = [_frequency(r) for r in train]
+    low, high = min(fitted) / FORM.disproportionate, max(fitted) * FORM.disproportionate
+    return [
+        f"{r.name} (held out) moves at about {_frequency(r):.3g} Hz, the fitted runs at {min(fitted):.3g} to "
+        f"{max(fitted):.3g} Hz: it says little of the names"
+        for r in held
+        if not low < _frequency(r) < high
+    ]
+
+
+def _frequency(record: Record) -> float:
+    """Frequency of a sine with the rms velocity and the rms displacement of a record, Hz."""
+    v, x = (float(np.std(s[record.window])) for s in (record.motion.v, record.motion.x))
+    return v / (2.0 * np.pi * max(x, 1e-300))
+
+
 def _one_frequency(records: Sequence[Record]) -> bool:
-    spreads = [(float(np.std(r.motion.v[r.window])), float(np.std(r.motion.x[r.window]))) for r in records]
-    rates = [v / max(x, 1e-300) for v, x in spreads]
+    rates = [_frequency(r) for r in records]
     return max(rates) < TEXT.same_frequency * min(rates)
 
 

@@ -12,7 +12,7 @@ from identification.discrepancy.excess import excess_of
 from identification.discrepancy.naming import (
     Search,
     add_name,
-    drop_unproven,
+    drop_needless,
     explains,
     gap_remains,
     improve_once,
@@ -26,17 +26,25 @@ from identification.record import Record
 
 
 def search(
-    given: Model, base: Fit, records: Sequence[Record], *, on_progress: Callable[[str], None] | None = None
+    given: Model,
+    base: Fit,
+    records: Sequence[Record],
+    *,
+    earlier: Sequence[str] = (),
+    on_progress: Callable[[str], None] | None = None,
 ) -> Search:
-    """Name what `base` is missing on `records` (compact); from other starts too where a gap remains after the first."""
+    """Name what `base` is missing on `records` (compact); from other starts too where a gap remains after the first.
+
+    `earlier` are ids of elements of the base that a search has named before.
+    """
     report = on_progress or (lambda text: None)
-    last = search_from(start_state(given, base, records), records, report)
-    found = drop_unproven(last, records)
+    last = search_from(replace(start_state(given, base, records), earlier=tuple(earlier)), records, report)
+    found = drop_needless(last, records)
     starts = other_starts(last, given, base, records)
     while gap_remains(found, records) and (another := next(starts, None)) is not None:
         text, start = another
         report(f"a gap remains: searching again {text}")
-        other = drop_unproven(search_from(start, records, report), records)
+        other = drop_needless(search_from(start, records, report), records)
         if is_better(other, found, records):
             found = restore_limits(other, given)
     return found
@@ -66,7 +74,8 @@ def other_starts(last: Search, given: Model, base: Fit, records: Sequence[Record
             yield f"with {second.fit.model.element(second.names[-1]).spec.title}", second
     held = limit_base(given)
     if _is_outside(base.model, held):
-        near = replace(start_state(held, fit_records(held, records), records), base_excess=last.base_excess)
+        near = start_state(held, fit_records(held, records), records)
+        near = replace(near, base_excess=last.base_excess, earlier=last.earlier)
         first = improve_once(near, records)
         if first is not None and first.excess < (1.0 - FORM.closes) * near.excess:
             yield "with the base near its given values", first

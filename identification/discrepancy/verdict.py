@@ -74,20 +74,22 @@ class Judgement:
         return self.verdict in (Verdict.UNKNOWN_EFFECT, Verdict.PARTLY_EXPLAINED)
 
 
-def drop_doubtful(found: Search, records: Sequence[Record]) -> tuple[Search, list[Evidence], list[Evidence]]:
+def drop_doubtful(
+    found: Search, records: Sequence[Record], held_out: Sequence[Record]
+) -> tuple[Search, list[Evidence], list[Evidence]]:
     """Drop the names with too little confidence and fit the rest again; the evidence for these and for the dropped.
 
     All evidence is that of the model with all names: what a dropped name leaves behind is no doubt about the others.
     """
-    evidence = gather(found, records)
+    evidence = gather(found, records, held_out)
     withheld: list[Evidence] = []
     for weakest in sorted(evidence, key=lambda e: e.confidence):
         if weakest.confidence >= FORM.min_confidence:
             break
         try:
             found = _without(found, weakest.name, records)
-        except SimulationError:  # the model can't run without it
-            break
+        except SimulationError:  # the model can't run without it: it stays there, without a name
+            found = replace(found, names=tuple(n for n in found.names if n != weakest.name))
         withheld.append(weakest)
     return found, [e for e in evidence if e.name in found.names], withheld
 
@@ -256,7 +258,5 @@ def _nearest(found: Search, withheld: Sequence[Evidence]) -> str:
         return ""
     last = drops[-1]
     share = 1.0 - max(last.excess_before, 0.0) / max(last.excess_after, 1e-300)
-    return (
-        f"; nearest in shape is {CATALOGUE[last.name].title}, which closes {share:.0%} of what is missing without it, "
-        f"and {FORM.closes:.0%} are needed"
-    )
+    title = CATALOGUE[last.name].title
+    return f"; nearest in shape is {title}, which closes only {share:.0%} of what is missing without it"

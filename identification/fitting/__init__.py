@@ -1,9 +1,23 @@
 """Least squares over several runs, with exact gradients and uncertainty."""
 
 from identification.fitting.advice import warnings
+from identification.fitting.base import simple_base
 from identification.fitting.fit import fit
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.multistart import ManyFits, fit_from_many
 from identification.fitting.profile import Profile, profile
+from identification.fitting.questions import far_from_force, moved_far
 
-__all__ = ["Fit", "ManyFits", "Profile", "fit", "fit_from_many", "fit_records", "profile", "warnings"]
+__all__ = [
+    "Fit",
+    "ManyFits",
+    "Profile",
+    "far_from_force",
+    "fit",
+    "fit_from_many",
+    "fit_records",
+    "moved_far",
+    "profile",
+    "simple_base",
+    "warnings",
+]

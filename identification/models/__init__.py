@@ -7,7 +7,7 @@ from identification.models.measures import Score, score, score_signals
 from identification.models.modelfile import KINDS, Kind, load_model, model_from_json
 from identification.models.motion import Motion
 from identification.models.protocol import SimulationModel, TrainingRange
-from identification.models.simulation import simulate_run, with_simulation
+from identification.models.simulation import outside_training, simulate_run, with_simulation
 
 __all__ = [
     "KINDS",
@@ -24,6 +24,7 @@ __all__ = [
     "model_from_json",
     "motion_from",
     "motion_of",
+    "outside_training",
     "score",
     "score_signals",
     "simulate_run",

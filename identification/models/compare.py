@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import DataError, SimulationError
-from identification.models.inputs import is_periodic, motion_of, periods, settling_periods
+from identification.models.inputs import is_periodic, motion_of, periods, settling_periods, with_measured
 from identification.models.measures import Score, score_signals
 from identification.models.motion import Motion
 from identification.models.protocol import SimulationModel
@@ -187,7 +187,7 @@ def _course(run: Run) -> Course:
 
 
 def _cell(model: SimulationModel, course: Course, clock: Clock) -> Cell:
-    run, motion = course.run, course.motion
+    run, motion = course.run, with_measured(course.motion, course.run, model.inputs)
     ranged = model.training_range
     left = None if ranged is None else ranged.left(motion)
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -29,6 +30,22 @@ def motion_of(run: Run) -> Motion:
         return free_motion(run)[0]
     shown = periods(run, "force" if "force" in run.channels else "displacement")
     return periodic_motion(run, settling_periods(shown))[0]
+
+
+MEASURED = {"velocity": "v", "acceleration": "a"}
+"""Channels that a run may hold as measured, which else follow from the displacement; and their series in `Motion`."""
+
+
+def with_measured(motion: Motion, run: Run, channels: Iterable[str]) -> Motion:
+    """The motion of a run with those of the named channels that were measured in place of what was derived.
+
+    Of a periodic motion the derived one stays: it is exact.
+    """
+    named = [name for name in channels if name in MEASURED]
+    if motion.period or not named:
+        return motion
+    series = {MEASURED[name]: run.channels[name][: motion.x.size] for name in named}
+    return replace(motion, v=series.get("v", motion.v), a=series.get("a", motion.a))
 
 
 def motion_from(

@@ -14,6 +14,7 @@ from excitation.atomic import written_whole
 from excitation.untrusted import parse_json
 from identification.errors import ModelError, ModelFileError
 from identification.models.choice import Choice
+from identification.models.not_a_model import not_a_model
 from identification.models.protocol import SimulationModel
 
 FORMAT: Final = "damper-rig/model"
@@ -39,6 +40,12 @@ class Kind:
 
 KINDS: Final = (
     Kind(name="physical", reader="identification.physical.modelfile:model_from_json"),
+    *(
+        Kind(name=name, reader="identification.blackbox.modelfile:alone_from_json")
+        for name in ("nnoe", "narx", "mlp", "arx")
+    ),
+    Kind(name="polynomial", reader="identification.blackbox.polynomialfile:polynomial_from_json"),
+    Kind(name="hybrid", reader="identification.blackbox.hybrid:hybrid_from_json"),
     Kind(name="fmu", reader="identification.fmu.model:open_fmu", ending=".fmu"),
 )
 
@@ -116,6 +123,9 @@ def type_of(value: Json) -> str:
 
 
 def _parsed(path: Path) -> Json:
+    wrong = not_a_model(path)
+    if wrong:
+        raise ModelFileError(wrong)
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:

@@ -50,6 +50,20 @@ class TrainingRange:
                 shares[signal] = share
         return shares
 
+    def described(self, motion: Motion) -> list[str]:
+        """A sentence for each signal of a motion that leaves its range: how often, where first, and how far."""
+        sentences = []
+        for signal, share in self.left(motion).items():
+            low, high = self.limits[signal]
+            series = getattr(motion, SIGNALS[signal])
+            beyond = np.maximum(low - series, series - high)
+            first, far = int(np.argmax(beyond > 0.0)), int(np.argmax(beyond))
+            sentences.append(
+                f"{signal} leaves the training range [{low:.4g}, {high:.4g}] in {100.0 * share:.2g} % of the samples, "
+                f"first at {first * motion.dt:.4g} s, farthest at {far * motion.dt:.4g} s with {series[far]:.4g}"
+            )
+        return sentences
+
 
 class SimulationModel(Protocol):
     """A model of any kind: read from a file, simulated along a motion, compared with others."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import DataError, SimulationError
-from identification.models.inputs import motion_of
+from identification.models.inputs import motion_of, with_measured
 from identification.models.motion import Motion
 from identification.models.protocol import SimulationModel
 from rigctl.runfile import Run, with_channel
@@ -47,6 +47,14 @@ def with_simulation(
     return out
 
 
+def outside_training(model: SimulationModel, run: Run) -> list[str]:
+    """A sentence for each signal of a run that leaves the training range of the model, where it states one."""
+    known = model.training_range
+    if known is None:
+        return []
+    return [f"{name_of(run)}: {sentence}" for sentence in known.described(checked_motion(model, run))]
+
+
 def name_of(run: Run) -> str:
     """The name of a run in messages: its file, or its id."""
     return run.path.name if run.path is not None else run.run_id
@@ -55,7 +63,7 @@ def name_of(run: Run) -> str:
 def checked_motion(model: SimulationModel, run: Run) -> Motion:
     """The motion of a run that can drive the model; raises DataError, one line, where it can't."""
     check_inputs(model, run)
-    return motion_of(run)
+    return with_measured(motion_of(run), run, model.inputs)
 
 
 def check_inputs(model: SimulationModel, run: Run) -> None:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.physical.compiled import compiled, inlined, pasted
+from identification.compiled import compiled, inlined, pasted
 from identification.physical.core import core_force
 from identification.physical.elements.equations.point import Point
 from identification.physical.program import (

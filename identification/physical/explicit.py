@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from identification.physical.compiled import compiled, inlined, pasted
+from identification.compiled import compiled, inlined, pasted
 from identification.physical.core import core_force
 from identification.physical.elements.equations.memory import add_rate_partials, fading_rate, rate
 from identification.physical.elements.equations.point import Force, Point

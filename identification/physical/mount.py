@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identification.physical.compiled import inlined
+from identification.compiled import inlined
 
 GAMMA = 1.0 - 1.0 / np.sqrt(2.0)
 

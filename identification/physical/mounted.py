@@ -23,8 +23,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from identification.compiled import compiled, inlined, pasted
 from identification.physical.collocation import collocate, prepare
-from identification.physical.compiled import compiled, inlined, pasted
 from identification.physical.elements.equations.memory import steady
 from identification.physical.explicit import explicit, explicit_memory
 from identification.physical.mount import GAMMA, add_mount_partials, branch, contact

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from identification.physical.compiled import compiled, inlined
+from identification.compiled import compiled, inlined
 from identification.physical.core import core_force
 from identification.physical.elements.equations.memory import BY_MEMORY, OWN, Leg, advance, own, own_count, steady
 from identification.physical.elements.equations.point import Point

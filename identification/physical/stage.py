@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identification.physical.compiled import compiled, inlined, pasted
+from identification.compiled import compiled, inlined, pasted
 from identification.physical.core import core_force
 from identification.physical.elements.equations.memory import (
     BY_MEMORY,

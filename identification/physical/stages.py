@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from identification.physical.compiled import compiled, inlined
+from identification.compiled import compiled, inlined
 from identification.physical.core import modify, rare_forces
 from identification.physical.elements import SHIFT, Family
 from identification.physical.elements.equations.damping import STIFF, damping

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from excitation.errors import ExcitationFileError
 from excitation.rpc3 import Channel, TimeHistory
+from rigctl.errors import ForeignFileError
+from rigctl.foreign_files.clock import read_clock
 from rigctl.machines.roles import MEASURED, Role
 
 UNITS: Final[Mapping[Role, Mapping[str, float]]] = {
@@ -73,8 +75,9 @@ def read_response_csv(path: Path) -> TimeHistory:
             values[number - 2] = [float(cell) for cell in line]
         except ValueError as error:
             raise ExcitationFileError(f"{path}: line {number}: {error}") from error
-    spacing = float(np.median(np.diff(values[:, 0])))
-    if not spacing > 0:
-        raise ExcitationFileError(f"{path}: the first column must be a time that grows")
+    try:
+        rate_hz = read_clock(values[:, 0], lambda n: f"line {n + 2}").rate_hz
+    except ForeignFileError as error:
+        raise ExcitationFileError(f"{path}: the first column must be the time: {error}") from error
     channels = tuple(Channel(name=name, unit=unit, values=values[:, k]) for k, (name, unit) in enumerate(heads) if k)
-    return TimeHistory(sample_rate_hz=round(1.0 / spacing, 6), channels=channels, drive=False)
+    return TimeHistory(sample_rate_hz=round(rate_hz, 6), channels=channels, drive=False)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import shutil
 import socket
 import ssl
-import subprocess
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -22,7 +20,7 @@ from api.cli.main import main
 from api.errors import SettingsError
 from api.processes.child import Child
 from api.settings import Settings
-from tests.conftest import missing
+from tests.api.certificate import a_certificate
 
 NOBODY = "0" * 32
 WITHIN_S = 60.0
@@ -250,19 +248,7 @@ def test_keys_hold_within_seconds_and_a_first_key_ends_free_access(
 
 @pytest.fixture
 def certificate(tmp_path: Path) -> tuple[Path, Path]:
-    if shutil.which("openssl") is None:
-        missing("no openssl: put it on the PATH")
-    certificate, secret = tmp_path / "cert.pem", tmp_path / "key.pem"
-    subprocess.run(
-        [
-            *("openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes"),
-            *("-keyout", str(secret), "-out", str(certificate), "-days", "2", "-subj", "/CN=localhost"),
-            *("-addext", "subjectAltName=DNS:localhost,IP:127.0.0.1"),
-        ],
-        check=True,
-        capture_output=True,
-    )
-    return certificate, secret
+    return a_certificate(tmp_path)
 
 
 def test_over_tls_cookies_are_secure_and_idle_sockets_keep_nobody_out(

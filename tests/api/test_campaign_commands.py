@@ -11,11 +11,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 
 from api.cli.main import main
 from rigctl.runfile import read_run
-from tests.api.following import ended, playing, resume, until
+from tests.api.following import ended, playing, resume, until, until_rig
 
 Run = Callable[..., tuple[int, Any]]
 PLAN = """
@@ -137,3 +138,14 @@ def test_a_file_without_rig_or_tests_is_refused_before_it_is_sent(run: Run, tmp_
     assert "rig is missing" in run("campaign", "submit", a_plan(tmp_path, 4))[1]
     (tmp_path / "empty.json").write_text("[]")
     assert "has no tests" in run("campaign", "submit", str(tmp_path / "empty.json"))[1]
+
+
+def test_what_is_known_of_a_rig_is_listed_in_words(
+    base: str, rig: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("DAMPER_RIG_SERVICE", base)
+    httpx.post(f"{base}/v1/rigs", json={"address": rig}, timeout=30).raise_for_status()
+    until_rig(base, rig, lambda known: known["state"] == "free")
+    assert main(["rig", "list"]) == 0
+    [line] = [line for line in capsys.readouterr().out.splitlines() if line.startswith(rig)]
+    assert ": free: without power (DISABLED), commanded by nobody; plays nothing, 0 waiting" in line

@@ -297,6 +297,7 @@ def samples_of(base: str, campaign: str) -> int:
 READERS_OF_THE_WALL_CLOCK = {
     "api/campaigns/desk.py": "when the state of a rig was seen, to show it",
     "api/campaigns/new_campaign.py": "the date on which a calibration expires",
+    "api/campaigns/restarts.py": "when a worker is asked again, to show it",
     "api/campaigns/play.py": "the date on which a calibration expires",
     "api/cli/laboratory.py": "the date on which a calibration expires",
     "api/cli/preparation.py": "the date on which a calibration expires, and the age of a tare",

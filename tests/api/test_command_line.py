@@ -198,6 +198,7 @@ def test_every_command_has_help_with_an_example(capsys: pytest.CaptureFixture[st
             "iterate",
             "recover",
             "fit",
+            "identify",
             "simulate",
             "score",
             "explain",

@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
@@ -104,10 +105,18 @@ def test_systemd_finds_no_fault_in_the_units(tmp_path: Path) -> None:
     assert ours == []
 
 
-def test_what_the_container_copies_is_there() -> None:
-    for line in (DEPLOY / "Containerfile").read_text().splitlines():
-        if line.startswith("COPY ") and "--from" not in line:
-            assert (ROOT / line.split()[1]).exists()
+def test_what_the_container_copies_is_there_and_is_the_whole_program() -> None:
+    copied = {
+        source
+        for line in (DEPLOY / "Containerfile").read_text().splitlines()
+        if line.startswith("COPY ") and "--from" not in line
+        for source in line.split()[1:-1]
+    }
+    assert all((ROOT / source).exists() for source in copied)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    packages = set(project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"])
+    assert packages | {"pyproject.toml", "README.md", "LICENSE"} <= copied
+    assert not {".", "tests", ".venv", ".git"} & copied
 
 
 def documented() -> str:

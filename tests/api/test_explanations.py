@@ -78,7 +78,7 @@ def test_what_the_command_line_refuses_is_refused_in_its_words_before_it_is_acce
         ({"specimen": "x"}, 422, ["specimen goes with rig"]),
         ({"simulated": True}, 422, ["either a model"]),
         ({"model": None}, 422, ["either a model"]),
-        ({"model": {**MODEL, "kind": "mlp"}}, 422, ["model: kind is 'mlp'"]),
+        ({"model": {**MODEL, "kind": "spline"}}, 422, ["model: kind is 'spline'"]),
         ({"runz": []}, 422, ["runz", "not a known key", "held_out"]),
     ],
 )

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,7 @@ from api.settings import Settings
 from api.store.database import Database
 from api.store.idempotency import GivenAnswer, IdempotencyKeys, KeyedRequest
 from api.store.tables import idempotency_keys
+from tests.api.measured import MODEL
 from tests.api.serving import serving
 
 DAY_S = 86400.0
@@ -68,6 +71,25 @@ def test_a_key_with_another_body_or_query_is_refused_and_another_key_creates(
     assert len(two[0].get("/v1/campaigns").json()["campaigns"]) == 2
     for wrong in ("", "x" * 256, "a b"):
         assert two[0].post("/v1/campaigns", json=body, headers={"Idempotency-Key": wrong}).status_code == 422
+
+
+def test_keys_hold_over_an_upgrade_because_every_version_makes_the_same_fingerprint(
+    two: tuple[httpx.Client, httpx.Client], database: Database
+) -> None:
+    plan = b'tests = [{name = "s", kind = "sine", sample_rate = 1e3, amplitude = 0.01, frequency = 2.0, cycles = 3}]'
+    of = {
+        "/v1/designs/file": (b"file=plan.toml", plan, "octet-stream"),
+        "/v1/models": (b"", json.dumps(MODEL).encode(), "json"),
+    }
+    for path, (query, body, kind) in of.items():
+        headers = {"Idempotency-Key": path, "Content-Type": f"application/{kind}"}
+        answer = two[0].post(f"{path}?{query.decode()}", content=body, headers=headers)
+        assert answer.status_code == 201, answer.text
+        fingerprint = sha256(b"\n" + query + b"\n" + body).hexdigest()  # nobody is signed in: the first line is empty
+        request = KeyedRequest(key=path, address=f"POST {path}", fingerprint=fingerprint)
+        kept = IdempotencyKeys(database, keep_s=DAY_S).given(request)
+        assert kept is not None
+        assert kept.answer == answer.text
 
 
 def test_a_refused_request_keeps_no_key(two: tuple[httpx.Client, httpx.Client], body: dict[str, Any]) -> None:

@@ -123,7 +123,7 @@ def test_an_explanation_can_be_seen_and_cancelled_as_a_job(base: str, folder: Pa
         ({"kind": "fit", "model": MODEL, "runs": ["nobody"]}, 404, ["nobody"]),
         ({"kind": "fit", "model": MODEL, "runs": ["x"], "starts": 0}, 422, ["starts is 0"]),
         ({"kind": "fit", "model": MODEL, "runs": ["x"], "robust": -1.0}, 422, ["robust is -1"]),
-        ({"kind": "fit", "model": {**MODEL, "kind": "mlp"}, "runs": ["x"]}, 422, ["model: kind is 'mlp'"]),
+        ({"kind": "fit", "model": {**MODEL, "kind": "spline"}, "runs": ["x"]}, 422, ["model: kind is 'spline'"]),
         ({"kind": "fit", "model": MODEL, "held_out": ["x"]}, 422, ["held_out", "not a known key", "starts"]),
         ({"kind": "characterise", "rig": "x", "runs": ["x"]}, 422, ["rig and runs"]),
         ({"kind": "characterise", "model": MODEL}, 422, ["model", "not a known key", "specimen"]),

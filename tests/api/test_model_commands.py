@@ -62,7 +62,7 @@ TAKE_A_MODEL = {
     [
         (
             "unknown.json",
-            "unknown.json: kind is 'magic': this program reads 'physical'; a model of kind 'fmu' is a file",
+            "unknown.json: kind is 'magic': this program reads 'physical' or 'nnoe' or",
         ),
         ("broken.json", "broken.json: line 1, column 2: no JSON"),
         ("absent.json", "absent.json: can't be read"),

@@ -171,3 +171,9 @@ def test_every_state_of_a_rig_has_its_words_beside_its_name() -> None:
     said = {state: in_words(replace(status, state=state)) for state in RigState}
     assert said[RigState.DISABLED] == "without power (DISABLED), commanded by nobody"
     assert all(f" ({state.name})" in words for state, words in said.items())
+
+
+def test_a_rig_with_a_latched_fault_is_not_said_to_be_commanded() -> None:
+    status = replace(a_rig(SimulatedRig, Clock())[0].status(), session=7)
+    for state in RigState:
+        assert ("commanded" in in_words(replace(status, state=state))) is not state.faulted

@@ -160,6 +160,22 @@ def test_with_reduced_motion_the_loops_move_every_two_seconds_and_nothing_is_ani
     page.call("Emulation.setEmulatedMedia", features=[])
 
 
+def test_a_printed_chart_has_the_width_of_paper_and_then_that_of_the_window_again(running: Desk) -> None:
+    page = running.page
+    page.evaluate(
+        """(react => {
+          window.widths = [];
+          Plotly.react = (node, traces, layout, ...rest) => {
+            if (node.id === 'fx') window.widths.push(layout.width);
+            return react(node, traces, layout, ...rest);
+          };
+        })(Plotly.react)"""
+    )
+    page.call("Page.printToPDF")
+    running.waits("window.widths.includes(660)")  # A4 within its margins has 718 px, Letter 739
+    running.waits("window.widths.at(-1) === document.querySelector('#fx').clientWidth")
+
+
 def test_no_view_scrolls_sideways_in_a_narrow_window(running: Desk) -> None:
     running.page.call("Emulation.setDeviceMetricsOverride", width=375, height=800, deviceScaleFactor=1, mobile=False)
     try:

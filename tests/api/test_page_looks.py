@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
-from itertools import product
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from api.campaigns.held_rig import hold_rig
+from excitation.files import READABLE
 from tests.api.front import Front, at_front
 from tests.api.measured import NAMES
 
@@ -255,6 +257,41 @@ def test_on_paper_are_the_rigs_and_results_in_dark_ink_and_no_controls(front: Fr
         behind = "[...document.querySelectorAll('.state')].map(node => getComputedStyle(node).backgroundColor)"
         assert set(front.page.evaluate(behind)) == {"rgba(0, 0, 0, 0)"}
     set_media(front)
+
+
+def test_lines_of_a_chart_differ_in_their_pattern_too_and_their_swatches_show_it(front: Front) -> None:
+    show_ready(front, "live")
+    front.page.evaluate("import('/static/charts.js').then(charts => { window.charts = charts; })")
+    lines = front.page.evaluate("[...Array(40).keys()].map(k => window.charts.lineOf(k, 1.5))")
+    for five in zip(*(lines[k:] for k in range(5)), strict=False):
+        assert len({line["dash"] for line in five}) == 5
+    assert len({(line["dash"], line["color"]) for line in lines}) == 40
+    for place, line in enumerate(lines):
+        swatch = front.page.evaluate(f"window.charts.swatchOf({place})")
+        lengths = [float(px) for px in line["dash"].replace("solid", "1,0").replace("px", "").split(",")]
+        edges = [sum(lengths[:k]) for k in range(len(lengths) + 1)]
+        assert [float(px) for px in re.findall(r"([\d.]+)px", swatch)] == [e for two in pairwise(edges) for e in two]
+
+
+def test_the_form_offers_every_kind_of_file_that_can_be_scheduled(front: Front) -> None:
+    assert set(front.page.evaluate("document.querySelector('#plan').accept.split(',')")) == {
+        ".toml",
+        ".json",
+        *READABLE,
+    }
+
+
+def test_the_description_of_the_interface_can_be_read_in_light_and_dark(front: Front) -> None:
+    front.page.open(f"{front.client.base_url}/docs", width=360)
+    for scheme, light in (("light", True), ("dark", False)):
+        set_media(front, prefers_color_scheme=scheme)
+        assert front.page.evaluate(within(FAINT)) == []
+        paper = front.page.evaluate("getComputedStyle(document.body).backgroundColor")
+        assert (paper == "rgb(255, 255, 255)") is light
+    assert front.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    set_media(front)
+    front.page.open(f"{front.client.base_url}/")
+    front.says("#link", "live")
 
 
 def test_a_campaign_without_samples_has_no_empty_charts(front: Front) -> None:

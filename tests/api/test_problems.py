@@ -208,13 +208,18 @@ def test_openapi_describes_problems_for_every_route(client: httpx.Client) -> Non
 
 
 def test_every_example_of_a_request_is_accepted(client: httpx.Client) -> None:
-    for example in REQUESTS["NewCampaign"]:
-        answer = client.post("/v1/campaigns/check", json=example)
-        assert answer.status_code == 200, answer.text
-    for example in REQUESTS["NewDesign"]:
-        made = client.post("/v1/designs", json=example)
-        assert made.status_code == 201, made.text
-        client.delete(made.headers["location"])
+    described, tried = client.get("/openapi.json").json(), set()
+    for path, routes in described["paths"].items():
+        content = routes.get("post", {}).get("requestBody", {}).get("content", {}).get("application/json", {})
+        schema = content.get("schema", {})
+        schema = described["components"]["schemas"][schema["$ref"].rsplit("/", 1)[1]] if "$ref" in schema else schema
+        for example in schema.get("examples", []):
+            answer = client.post(path, json=example)
+            wanted = (404,) if path == "/v1/explanations" else (200, 201)  # its campaign is not here
+            assert answer.status_code in wanted, (path, answer.text)
+            client.delete(answer.headers.get("location", "/"))
+            tried.add(path)
+    assert tried >= {"/v1/campaigns", "/v1/campaigns/check", "/v1/designs", "/v1/models", "/v1/explanations"}
     for kind in KINDS.values():
         for example in REQUESTS[kind.request.__name__]:
             TypeAdapter(kind.request).validate_python(example)  # its runs are not here

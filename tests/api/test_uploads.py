@@ -271,8 +271,13 @@ def test_a_crash_of_the_reading_process_is_a_refusal(good: Path) -> None:
 
 
 def reading_process() -> int:
-    """The one that was started last: services of other tests have spare ones too."""
-    return max(children(b"read_run_file"))
+    """The one that was started last: services of other tests have spare ones too, and numbers of processes wrap."""
+    return max(children(b"read_run_file"), key=started)
+
+
+def started(pid: int) -> int:
+    """When a process was started, in ticks since the host was."""
+    return int(Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[19])
 
 
 def test_a_body_that_does_not_come_is_given_up(database: Database, good: Path, monkeypatch: pytest.MonkeyPatch) -> None:

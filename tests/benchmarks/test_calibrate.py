@@ -16,6 +16,7 @@ def drawn(rng: np.random.Generator, truth: Table, seed: int) -> JudgedName:
     """A name with features at random that is true as often as the table says."""
     f = Features(
         spread=rng.exponential(0.1), runs=int(rng.integers(1, 7)), left_beside=rng.uniform() ** 3,
+        left_held_out=rng.uniform() ** 3,
         margin=rng.uniform(0.0, 5.0), own_share=rng.uniform(0.05, 1.0), beside_curve=bool(rng.random() < 0.3),
     )  # fmt: skip
     return JudgedName(seed=seed, features=f, stated=0.5, true=bool(rng.random() < confidence(f, truth)))
@@ -64,7 +65,7 @@ def test_both_halves_are_shown_as_stated_and_by_the_table() -> None:
 
 
 def test_reliability_counts_right_names() -> None:
-    words = reliability([0.95, 0.95, 0.5, 0.1], [True, False, True, True]).split()
+    words = reliability([0.95, 0.95, 0.6, 0.1], [True, False, True, True]).split()
     assert words[:6] == ["2", "of", "3", "1", "of", "2"]
 
 

@@ -7,6 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.discrepancy import naming
+from identification.discrepancy.excess import excess_of
+from identification.discrepancy.trials import trial_of
+from identification.fitting.leastsquares import fit_records
 from identification.physical.model import Model, element
 from identification.record import Record, compact, record_from_run
 from rigctl.runfile import Run
@@ -116,3 +120,22 @@ def campaign(effect: str, seed: int, **more: float) -> tuple[list[Run], list[Run
 def records_with(effect: str) -> list[Record]:
     """A multisine and others, ready to be fitted."""
     return [compact(record_from_run(run(effect, k, seed=3))) for k in (0, 1, 2, 4)]
+
+
+def found_with(*names: str, records: list[Record]) -> naming.Search:
+    """What a search that ends with these names stands on, each compared with nothing else."""
+    first = {"linear_stiffness": {"k": 2000.0}, "moving_mass": {"m": 0.1}}
+    model = AS_SIMULATED
+    for name in names:
+        model = model.with_element(element(name, first[name]))
+    fit = fit_records(model, records)
+    compared = {}
+    for name in names:
+        rest = fit_records(fit.model.without(name), records)
+        own = trial_of(fit, name, rest, records, screened=1.0)
+        beside = tuple(n for n in names if n != name)
+        compared[name] = naming.Compared(without=rest, start=rest, beside=beside, rivals=(own,))
+    base = fit_records(AS_SIMULATED, records)
+    return naming.Search(
+        fit=fit, names=names, excess=excess_of(fit), given=AS_SIMULATED, base_excess=excess_of(base), compared=compared
+    )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from api.cli.main import main
 from identification.eearth import eearth
 from identification.errors import DataError
-from identification.force_velocity import arctan_fit, extremes
+from identification.force_velocity import arctan_fit, at_peak_speed, extremes, hysteresis_width
 from identification.models.measures import score
 from identification.physical.model import Model, element
 from identification.sheet import write_sheet
@@ -92,6 +92,18 @@ def test_the_extremes_of_a_dashpot_are_its_own_at_a_few_samples_a_cycle_too(freq
                                  sample_rate_hz=100.0))  # fmt: skip
     assert test is not None
     assert extremes([test])[1] == pytest.approx([20.0 * turn + 50.0, 50.0 - 20.0 * turn], rel=1e-3)
+
+
+def test_rebound_and_compression_are_those_at_peak_speed_and_the_width_that_of_the_loop() -> None:
+    """With a spring the greatest force is at another speed; it opens the loop over velocity by 2 k a."""
+    law: Law = lambda x, v: np.where(v > 0.0, 3e3, 1e3) * v + 4e4 * x + 25.0  # noqa: E731
+    test = cycles_of(law)
+    top = 0.01 * 2 * np.pi * 2.0
+    assert at_peak_speed([test])[0] == pytest.approx([top, -top], rel=1e-3)
+    assert at_peak_speed([test])[1] == pytest.approx([3e3 * top + 25.0, 25.0 - 1e3 * top], rel=0.03)
+    assert extremes([test])[1][0] > 1.3 * at_peak_speed([test])[1][0]
+    assert hysteresis_width(test) == pytest.approx(2 * 4e4 * 0.01, rel=0.02)
+    assert hysteresis_width(cycles_of(lambda x, v: 2e3 * v)) < 0.01 * 2e3 * top
 
 
 def test_a_run_without_force_is_no_test_and_has_no_loop_shape() -> None:
@@ -177,7 +189,16 @@ def test_the_sheet_is_one_offline_page_with_a_row_for_each_sine(
     assert len(rows) == 9
     assert rows[0]["peak_velocity"] == pytest.approx(0.005 * 2 * np.pi * 0.5, rel=1e-3)
     page = (tmp_path / "sheet.html").read_text(encoding="utf-8")
-    for words in ("PVP", "CVP", "Dynamic stiffness", "Loss factor", "noise.h5", "arctan"):
+    for words in (
+        "PVP",
+        "CVP",
+        "Dynamic stiffness",
+        "Loss factor",
+        "noise.h5",
+        "arctan",
+        "rebound at peak speed",
+        "force &gt; 0: tension",
+    ):
         assert words in page
     assert '<script src="http' not in page
 

@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from identification.physical import compiled
+from identification import compiled
 
 LAW = """from tiny.compiled import inlined
 @inlined

@@ -18,7 +18,7 @@ from identification.errors import ConfidenceTableError
 SHARES = st.floats(0.0, 1.0)
 AMOUNTS = st.floats(0.0, 50.0)
 FEATURES = st.builds(
-    Features, spread=AMOUNTS, runs=st.integers(0, 30), left_beside=SHARES, own_share=SHARES,
+    Features, spread=AMOUNTS, runs=st.integers(0, 30), left_beside=SHARES, left_held_out=SHARES, own_share=SHARES,
     margin=st.floats(-1.0, 20.0) | st.just(inf), beside_curve=st.booleans(),
 )  # fmt: skip
 TABLES = st.builds(
@@ -28,7 +28,7 @@ TABLES = st.builds(
 )  # fmt: skip
 EVERY_DOUBT = Table(without_doubt=5.0, weights=dict.fromkeys(DOUBTS, 0.3), most=(0.7, 0.9), names=100)
 SURE = Features(
-    spread=0.01, runs=6, left_beside=0.01, margin=5.0, own_share=0.8, beside_curve=False,
+    spread=0.01, runs=6, left_beside=0.01, left_held_out=0.01, margin=5.0, own_share=0.8, beside_curve=False,
 )  # fmt: skip
 
 
@@ -39,7 +39,7 @@ def test_confidence_is_a_probability(f: Features, table: Table) -> None:
 
 
 @given(FEATURES, TABLES, AMOUNTS)
-@pytest.mark.parametrize("name", ["spread", "left_beside"])
+@pytest.mark.parametrize("name", ["spread", "left_beside", "left_held_out"])
 def test_more_scatter_and_less_gain_never_raise_it(name: str, f: Features, table: Table, more: float) -> None:
     assert confidence(replace(f, **{name: getattr(f, name) + more}), table) <= confidence(f, table)
 

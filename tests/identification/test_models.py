@@ -87,7 +87,10 @@ PHYSICAL = model_to_json(VISCOUS)
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ({**PHYSICAL, "kind": "magic"}, "kind is 'magic': this program reads 'physical'; .* is a file .fmu"),
+        (
+            {**PHYSICAL, "kind": "magic"},
+            "kind is 'magic': this program reads 'physical' or 'nnoe' or .* is a file .fmu",
+        ),
         ({**PHYSICAL, "kind": ["physical"]}, r"kind is \['physical'\]"),
         ({k: v for k, v in PHYSICAL.items() if k != "kind"}, "kind is None"),
         ({**PHYSICAL, "kind": "fmu"}, "kind is 'fmu': .* is a file .fmu"),

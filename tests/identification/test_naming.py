@@ -71,6 +71,32 @@ def test_names_that_do_not_close_the_gap_on_unseen_runs_explain_it_only_in_part(
     assert worn.run_id in found.remainder
 
 
+def test_a_second_look_with_what_was_found_as_the_base_finds_nothing() -> None:
+    train, held = campaign("linear_stiffness", seed=3)
+    worn = [
+        with_channel(
+            r, "force", r.channels["force"] + 60.0 * np.tanh(50.0 * np.gradient(r.channels["displacement"], 1e-3)), "N"
+        )
+        for r in (*train, *held)
+    ]
+    first = explain(BASE, worn[:5], worn[5:])
+    assert "linear_stiffness" in [e.element for e in first.effects]
+    again = explain(first.model, worn[:5], worn[5:])
+    assert again.effects == ()
+
+
+def test_the_run_that_was_not_tared_is_named_and_the_others_are_explained_without_it() -> None:
+    train, held = campaign("damping_asymmetry", seed=3)
+    train[2] = with_channel(train[2], "force", train[2].channels["force"] + 200.0, "N")
+    found = explain(BASE, train, held)
+    assert [e.element for e in found.effects] == ["damping_asymmetry"]
+    assert found.verdict == Verdict.EXPLAINED
+    [said] = [note for note in found.notes if "does not go with the other runs" in note]
+    assert said.startswith(train[2].run_id)
+    assert "a mean of 200 N" in said
+    assert train[2].run_id not in report_data(found)["runs"]["train"]
+
+
 def test_names_with_which_unseen_runs_are_worse_than_with_the_base_are_taken_back() -> None:
     train, held = campaign("linear_stiffness", seed=3)
     x = held[0].channels["displacement"]

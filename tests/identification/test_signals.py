@@ -168,6 +168,16 @@ def test_noise_is_found_without_periods_too() -> None:
     assert from_cycles(force, np.cumsum(rng.standard_normal(t.size)), RATE) is None
 
 
+def test_reversals_of_friction_in_a_random_motion_are_no_noise() -> None:
+    rate, rng = 200.0, np.random.default_rng(11)
+    tones = rng.uniform(0.5, 6.0, 12)
+    t = np.arange(4000) / rate
+    v = np.sum(np.cos(2 * np.pi * tones * t[:, None] + rng.uniform(0.0, 6.3, 12)), axis=1)
+    force = 100.0 * np.tanh(v / 0.05) + 20.0 * v + 1.0 * rng.standard_normal(t.size)  # 6 reversals a second
+    assert high_frequency(force)[0] < 2.7  # the level of the highest frequencies is 17
+    assert high_frequency(force - 100.0 * np.tanh(v / 0.05))[0] == pytest.approx(1.0, rel=0.1)
+
+
 @pytest.mark.parametrize("sine", [True, False], ids=["sine", "two tones"])
 def test_the_noise_without_periods_is_that_of_the_sensor_whatever_filter_the_recorder_had(sine: bool) -> None:
     fast, factor = 8000.0, 8

@@ -8,53 +8,59 @@ import numpy as np
 import pytest
 
 from identification.criteria import FORM
-from identification.discrepancy import naming
+from identification.discrepancy import verdict
 from identification.discrepancy.evidence import gather, main_doubt
-from identification.discrepancy.excess import excess_of
+from identification.discrepancy.explanation import Traces
 from identification.discrepancy.holdout import hold_out
-from identification.discrepancy.notes import capped
-from identification.discrepancy.trials import trial_of
+from identification.discrepancy.notes import capped, elsewhere, far_as_given
 from identification.discrepancy.verdict import _beyond_noise, _nearest, drop_doubtful
+from identification.errors import SimulationError
 from identification.fitting.leastsquares import fit_records
-from identification.physical.model import element
 from identification.record import Record, record_from_run
-from tests.identification.specimens import AS_SIMULATED, records_with, run
-
-
-def found_with(*names: str, records: list[Record]) -> naming.Search:
-    """What a search that ends with these names stands on, each compared with nothing else."""
-    first = {"linear_stiffness": {"k": 2000.0}, "moving_mass": {"m": 0.1}}
-    model = AS_SIMULATED
-    for name in names:
-        model = model.with_element(element(name, first[name]))
-    fit = fit_records(model, records)
-    compared = {}
-    for name in names:
-        rest = fit_records(fit.model.without(name), records)
-        own = trial_of(fit, name, rest, records, screened=1.0)
-        beside = tuple(n for n in names if n != name)
-        compared[name] = naming.Compared(without=rest, start=rest, beside=beside, rivals=(own,))
-    base = fit_records(AS_SIMULATED, records)
-    return naming.Search(
-        fit=fit, names=names, excess=excess_of(fit), given=AS_SIMULATED, base_excess=excess_of(base), compared=compared
-    )
+from tests.identification.specimens import AS_SIMULATED, found_with, records_with, run
 
 
 def test_a_name_keeps_its_evidence_when_a_doubtful_one_beside_it_is_taken_out() -> None:
     records = records_with("linear_stiffness")
     found = found_with("linear_stiffness", "moving_mass", records=records)
-    before = {e.name: e for e in gather(found, records)}
+    before = {e.name: e for e in gather(found, records, [])}
     assert before["moving_mass"].confidence < FORM.min_confidence <= before["linear_stiffness"].confidence
-    kept, stated, withheld = drop_doubtful(found, records)
+    kept, stated, withheld = drop_doubtful(found, records, [])
     assert kept.names == kept.fit.model.ids[len(AS_SIMULATED.elements) :] == ("linear_stiffness",)
     assert stated == [before["linear_stiffness"]]
     assert withheld == [before["moving_mass"]]
 
 
+def test_a_name_that_helps_on_the_fitted_runs_alone_is_doubted() -> None:
+    records = records_with("linear_stiffness")
+    found = found_with("linear_stiffness", records=records)
+    [carried], [lost] = gather(found, records[:3], records[3:]), gather(found, records[:3], records_with("none"))
+    assert carried.features.left_held_out < 0.05
+    assert lost.features.left_held_out > 1.0
+    assert lost.confidence < carried.confidence
+    [unseen] = gather(found, records[:3], [])
+    assert unseen.features.left_held_out == unseen.features.left_beside
+
+
+def test_a_doubtful_name_that_the_model_can_not_run_without_is_not_stated(monkeypatch: pytest.MonkeyPatch) -> None:
+    records = records_with("linear_stiffness")
+    found = found_with("linear_stiffness", "moving_mass", records=records)
+
+    def fails(*_: object, **__: object) -> None:
+        raise SimulationError("it runs away")
+
+    monkeypatch.setattr(verdict, "fit_records", fails)
+    kept, stated, [mass] = drop_doubtful(found, records, [])
+    assert mass.name == "moving_mass"
+    assert kept.names == ("linear_stiffness",)
+    assert [e.name for e in stated] == ["linear_stiffness"]
+    assert kept.fit is found.fit
+
+
 def test_where_no_name_is_doubtful_nothing_is_fitted_again() -> None:
     records = records_with("linear_stiffness")
     found = found_with("linear_stiffness", records=records)
-    kept, stated, withheld = drop_doubtful(found, records)
+    kept, stated, withheld = drop_doubtful(found, records, [])
     assert kept is found
     assert [e.name for e in stated] == ["linear_stiffness"]
     assert withheld == []
@@ -62,10 +68,18 @@ def test_where_no_name_is_doubtful_nothing_is_fitted_again() -> None:
 
 def test_a_name_that_is_not_stated_comes_with_its_largest_doubt() -> None:
     records = records_with("linear_stiffness")
-    found, _, [mass] = drop_doubtful(found_with("linear_stiffness", "moving_mass", records=records), records)
-    steady = replace(mass, features=replace(mass.features, spread=0.0, left_beside=0.9, margin=50.0, own_share=1.0))
+    found, _, [mass] = drop_doubtful(found_with("linear_stiffness", "moving_mass", records=records), records, [])
+    steady = replace(
+        mass,
+        features=replace(mass.features, spread=0.0, left_beside=0.9, left_held_out=0.1, margin=50.0, own_share=1.0),
+    )
     assert main_doubt(steady) == "90% of the gap without it stays with it"
-    uneven = replace(steady, features=replace(steady.features, spread=3.0), strengths=(0.5, 2.0), precision=(1.0, 1.0))
+    uneven = replace(
+        steady,
+        features=replace(steady.features, left_beside=0.1, spread=3.0),
+        strengths=(0.5, 2.0),
+        precision=(1.0, 1.0),
+    )
     assert main_doubt(uneven).startswith("its strength is 0.50 to 2.00 times the common one from run to run")
     said = _nearest(found, [uneven])
     stated = f"not stated with a confidence of {mass.confidence:.2f}: {main_doubt(uneven)}"
@@ -76,12 +90,12 @@ def test_a_name_that_is_not_stated_comes_with_its_largest_doubt() -> None:
 
 def test_a_confidence_that_only_more_runs_could_raise_says_so() -> None:
     found = found_with("linear_stiffness", records=records_with("linear_stiffness")[:1])
-    [one] = gather(found, records_with("linear_stiffness")[:1])
+    [one] = gather(found, records_with("linear_stiffness")[:1], [])
     [told] = capped([one])
     assert told == f"linear stiffness: no confidence above {one.confidence:.2f} is stated for what one run shows"
     assert capped([replace(one, confidence=0.5)]) == []
     records = records_with("linear_stiffness")
-    assert capped(gather(found_with("linear_stiffness", records=records), records)) == []
+    assert capped(gather(found_with("linear_stiffness", records=records), records, [])) == []
 
 
 def test_the_newtons_that_stay_are_those_of_each_run_with_its_own_noise() -> None:
@@ -108,3 +122,23 @@ def test_the_run_that_alone_reaches_farthest_is_not_held_out() -> None:
 def stretched(record: Record, by: float) -> Record:
     motion = replace(record.motion, x=by * record.motion.x, v=by * record.motion.v, a=by * record.motion.a)
     return replace(record, motion=motion)
+
+
+def test_a_model_in_other_units_is_told_apart_from_a_missing_effect() -> None:
+    [record, *_] = records_with("none")
+
+    def given(factor: float) -> Traces:
+        force = record.measured
+        return Traces(record=record, as_given=factor * force, refitted=force, final=force, held_out=False)
+
+    assert far_as_given([given(0.3)]) == []
+    [said] = far_as_given([given(1000.0)])
+    assert "units" in said
+
+
+def test_a_held_out_run_in_another_band_is_told() -> None:
+    records = records_with("none")
+    assert elsewhere(records, records[3:]) == []
+    fast = replace(records[3], name="fast", motion=replace(records[3].motion, v=100.0 * records[3].motion.v))
+    [said] = elsewhere(records, [fast])
+    assert said.startswith("fast (held out) moves at about")

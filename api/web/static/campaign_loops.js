@@ -2,7 +2,7 @@
 
 import { at, show } from "./dom.js";
 import { on, store } from "./feed.js";
-import { calm, chart, colour, forceScale, ink, peakOf, scaled } from "./charts.js";
+import { calm, chart, forceScale, ink, lineOf, peakOf, scaled } from "./charts.js";
 import { choice, chosen } from "./choice.js";
 import { LiveLoop } from "./loops.js";
 import { get } from "./send.js";
@@ -84,7 +84,7 @@ function traces(campaign, shown, key, mine, scale, isLive) {
   const broad = (loop) => BROAD.includes(kinds.get(loop.test));
   const made = [...shown].sort((a, b) => broad(b) - broad(a)).map((loop) => ({
     name: loop.test, x: scaled(loop[key], 1e3), y: scaled(loop.force_n, scale), mode: "lines",
-    line: { width: broad(loop) ? 0.7 : 1.6, color: colour(campaign.tests.findIndex((test) => test.name === loop.test)) },
+    line: lineOf(campaign.tests.findIndex((test) => test.name === loop.test), broad(loop) ? 0.7 : 1.6),
     opacity: isLive ? 0.45 : broad(loop) ? 0.6 : 1,
   }));
   if (isLive) {

@@ -4,7 +4,7 @@ import { at, attribute, keyed, make, set, show, state } from "./dom.js";
 import { on, put, store } from "./feed.js";
 import { choice, chooseCampaign, chosen, followRunning } from "./choice.js";
 import { act, sayLine } from "./orders.js";
-import { colourName } from "./charts.js";
+import { swatchOf } from "./charts.js";
 import { drawLoops, fetchLoops, hidden, runOf } from "./campaign_loops.js";
 import { rigOf } from "./rigs.js";
 import { create, get, post, send } from "./send.js";
@@ -94,7 +94,7 @@ function testRow(test) {
   return {
     node,
     update(now) {
-      swatch.style.background = colourName(chosen() ? chosen().tests.findIndex((one) => one.name === now.name) : 0);
+      swatch.style.background = swatchOf(chosen() ? chosen().tests.findIndex((one) => one.name === now.name) : 0);
       state(word, now.state === "accepted" ? "waits" : now.state);
       const shown = now.text && ["failed", "aborted", "skipped"].includes(now.state);
       show(text, shown);

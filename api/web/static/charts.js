@@ -2,6 +2,8 @@
 
 const dark = matchMedia("screen and (prefers-color-scheme: dark)"); // paper is always light
 export const calm = matchMedia("(prefers-reduced-motion: reduce)");
+const PAPER = { width: 660, height: 270 }; // px: A4 and Letter are wider, and paper cannot be measured before it is printed
+let onPaper = false;
 const drawn = new Map(); // node -> how to draw it again
 const resized = new ResizeObserver((sizes) => sizes.forEach(({ target }) => drawn.get(target)()));
 
@@ -14,20 +16,31 @@ function colours() {
 
 let theme = colours();
 
-export function colour(place) {
-  return theme.series[Math.max(place, 0) % theme.series.length];
+// Lengths of line and gap in px. Each place has a colour and a pattern, so that nobody needs to see colours.
+const PATTERNS = [[1, 0], [10, 4], [2, 3], [10, 3, 2, 3], [18, 5]];
+const patternOf = (place) => PATTERNS[place % PATTERNS.length];
+
+export function lineOf(place, width) {
+  const seen = Math.max(place, 0);
+  return { width, color: theme.series[seen % theme.series.length], dash: seen % PATTERNS.length ? patternOf(seen).map((px) => px + "px").join() : "solid" };
 }
 
-// The same for a stylesheet, which follows the page's colours itself.
-export const colourName = (place) => place < 0 ? "transparent" : `var(--series-${(place % theme.series.length) + 1})`;
+// The same as the background of a swatch, which follows the page's colours itself.
+export function swatchOf(place) {
+  if (place < 0) return "none";
+  const colour = `var(--series-${(place % theme.series.length) + 1})`;
+  let end = 0;
+  const stops = patternOf(place).map((px, k) => `${k % 2 ? "transparent" : colour} ${end}px ${end += px}px`);
+  return `repeating-linear-gradient(90deg, ${stops.join(", ")})`;
+}
 
 export const ink = () => theme.ink;
 
 // traces(): Plotly traces, made anew with the colours of the moment. `kept`: zoom stays as long as it is the same.
 export function chart(node, { title, x, y, kept, traces, words }) {
   const again = () => {
-    const { clientWidth: width, clientHeight: height } = node;
-    if (!width) return; // out of sight: drawn when it is shown
+    if (!node.clientWidth) return; // out of sight: drawn when it is shown
+    const { width, height } = onPaper ? PAPER : { width: node.clientWidth, height: node.clientHeight };
     const axis = { zeroline: true, zerolinecolor: theme.soft, gridcolor: theme.line, linecolor: theme.line, automargin: true };
     Plotly.react(node, traces(), {
       width, height,
@@ -57,7 +70,18 @@ export function peakOf(values) {
   return values.reduce((most, value) => Math.max(most, Math.abs(value ?? 0)), 0);
 }
 
+function drawAll() {
+  for (const again of drawn.values()) again();
+}
+
 dark.addEventListener("change", () => {
   theme = colours();
-  for (const again of drawn.values()) again();
+  drawAll();
 });
+
+for (const [name, paper] of [["beforeprint", true], ["afterprint", false]]) {
+  addEventListener(name, () => {
+    onPaper = paper;
+    drawAll();
+  });
+}

@@ -1,7 +1,7 @@
 // The runs of all campaigns: find them, draw them over one another, make sheets, read what was made of them.
 
 import { at, keyed, make, set, show, state } from "./dom.js";
-import { chart, colour, colourName, forceScale, peakOf, scaled } from "./charts.js";
+import { chart, forceScale, lineOf, peakOf, scaled, swatchOf } from "./charts.js";
 import { act, sayLine } from "./orders.js";
 import { create, get } from "./send.js";
 import { bytes, moment, seconds } from "./words.js";
@@ -41,7 +41,7 @@ function row(run) {
       cell("File", make("a", { href: run.file }, `HDF5, ${bytes(run.size_bytes)}`))),
     update() {
       const place = [...picked.keys()].indexOf(run.id);
-      swatch.style.background = colourName(place);
+      swatch.style.background = swatchOf(place);
       box.checked = place >= 0;
     },
   };
@@ -79,7 +79,7 @@ function draw() {
   if (!drawn.length) return;
   const [scale, unit] = forceScale(Math.max(...drawn.map((one) => peakOf(one.force_n))));
   const traces = (key) => () => [...picked.values()].map((one, place) => one && ({
-    name: one.test, x: scaled(one[key], 1e3), y: scaled(one.force_n, scale), mode: "lines", line: { width: 1.5, color: colour(place) } })).filter(Boolean);
+    name: one.test, x: scaled(one[key], 1e3), y: scaled(one.force_n, scale), mode: "lines", line: lineOf(place, 1.5) })).filter(Boolean);
   const words = (what) => `Force over ${what} of ${drawn.map((one) => one.test).join(", ")}`;
   chart(at("runs-fx"), { title: "Force over displacement", x: "Displacement (mm)", y: `Force (${unit})`, kept: "runs",
     words: words("displacement"), traces: traces("displacement_m") });

@@ -2,7 +2,7 @@
 
 import { at, make, set, show } from "./dom.js";
 import { put, store } from "./feed.js";
-import { chart, colour } from "./charts.js";
+import { chart, lineOf } from "./charts.js";
 import { chooseCampaign, chosenRig } from "./choice.js";
 import { act, oneAtATime } from "./orders.js";
 import { Refused, create, createFromFile, get, postLong } from "./send.js";
@@ -137,7 +137,7 @@ const draw = oneAtATime(async () => {
     return; // the check says what is wrong
   }
   if (card !== drawn) return;
-  const line = (x, y) => [{ x, y, mode: "lines", line: { width: 1.5, color: colour(0), simplify: false }, name: motion.name }];
+  const line = (x, y) => [{ x, y, mode: "lines", line: { ...lineOf(0, 1.5), simplify: false }, name: motion.name }];
   const mm = motion.displacement_m.map((value) => value * 1e3);
   const words = `${motion.name}: ${seconds(motion.duration_s)}`;
   chart(at("draw-time"), { title: `${motion.name}: displacement`, x: "Time (s)", y: "Displacement (mm)", kept: card, words,

@@ -87,5 +87,22 @@ LITERATURE: Final[Mapping[str, Rows]] = {
 HELD: Final[Mapping[str, Sequence[str]]] = {"piecewise linear with bush": ("series_compliance.c",)}
 """What a model of the literature holds beside what its elements always do, as `element.parameter`."""
 
+
+def yielding(c: float, alpha: float, beta: float, k: float, offset: float, gains: Mapping[str, float]) -> Rows:
+    """A damper that yields: viscous damping, a hysteresis of tanh form, a stiffness and an offset.
+
+    `gains` are slopes over the current: `c` of the damping and `alpha` of the yield force; empty without a current.
+    """
+    damping, hysteresis = {"c": c}, {"alpha": alpha, "beta": beta, "delta": 0.3}
+    if gains:
+        damping["c_control"], hysteresis["alpha_control"] = gains["c"], gains["alpha"]
+    return [
+        ("viscous_damping", damping),
+        ("tanh_hysteresis", hysteresis),
+        ("linear_stiffness", {"k": k}),
+        ("force_offset", {"F0": offset}),
+    ]
+
+
 NO_FORCE: Final[Rows] = [("viscous_damping", {"c": 0.0})]
 """What stands in the place of a model where another program has simulated the force."""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identification.physical.compiled import inlined
+from identification.compiled import inlined
 from identification.physical.elements.catalogue import code_of
 from identification.physical.elements.equations.point import Force
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identification.physical.compiled import compiled, inlined
+from identification.compiled import compiled, inlined
 from identification.physical.elements.catalogue import code_of
 from identification.physical.elements.equations.friction import BoucWen
 from identification.physical.elements.equations.motion import LuGre, bristle_level

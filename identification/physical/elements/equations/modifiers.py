@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identification.physical.compiled import inlined
+from identification.compiled import inlined
 from identification.physical.elements.catalogue import code_of
 
 _POSITION, _FADE = code_of("position_dependent_damping"), code_of("temperature_fade")

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identification.physical.compiled import compiled, inlined
+from identification.compiled import compiled, inlined
 from identification.physical.elements.catalogue import code_of
 from identification.physical.elements.equations.point import Force
 

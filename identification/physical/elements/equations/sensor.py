@@ -28,7 +28,9 @@ def delay_of(spec: ElementSpec, values: Sequence[float]) -> float:
 
 def _delay(values: Sequence[float], motion: Motion, force: Floats) -> Added:
     """The delay itself is already in the inputs; a later force is the slope of the force taken backwards."""
-    return np.zeros(force.size), -np.gradient(force, motion.dt)[:, None]
+    with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the sums of its gradient
+        rate = np.gradient(force, motion.dt)
+    return np.zeros(force.size), -rate[:, None]
 
 
 def _offset(values: Sequence[float], motion: Motion, force: Floats) -> Added:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identification.physical.compiled import inlined
+from identification.compiled import inlined
 from identification.physical.elements.catalogue import code_of
 
 _STIFFNESS, _CUBIC = code_of("linear_stiffness"), code_of("cubic_stiffness")

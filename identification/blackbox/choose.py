@@ -1,0 +1,136 @@
+"""The choice of structure and weight decay by cross-validation inside the training, and the committee that follows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.blackbox.folds import Fold, folds_of
+from identification.blackbox.model import BlackBox, Member
+from identification.blackbox.samples import Course
+from identification.blackbox.scaling import Scales
+from identification.blackbox.structure import FORCE, Structure
+from identification.blackbox.terms import Polynomial
+from identification.blackbox.training import FULL, QUICK, Stage, train_member
+from identification.compute import run
+
+Floats = NDArray[np.float64]
+_DECADE = 10.0
+Told = Callable[[float, str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A structure with a weight decay, of the squared scaled weights beside the sum of squared scaled errors."""
+
+    structure: Structure
+    decay: float
+
+    def __str__(self) -> str:
+        return f"{self.structure}, weight decay {self.decay:g}"
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What was tried, and its mean square scaled error in free run on the parts that it had not learned from."""
+
+    candidate: Candidate | Polynomial
+    error: float
+
+    @property
+    def fit(self) -> float:
+        """The fit that it predicts for unseen runs of the same kind, %."""
+        return 100.0 * (1.0 - float(np.sqrt(self.error)))
+
+
+def judge(
+    candidates: Sequence[Candidate],
+    courses: Sequence[Course],
+    scales: Scales,
+    dt: float,
+    *,
+    stages: Sequence[Stage] = QUICK,
+    tell: Callable[[int, int], None] | None = None,
+) -> list[Judged]:
+    """The candidates by their error in cross-validation, the smallest first.
+
+    Each is trained from one start without each part in turn. On each part its squared error is cut at that of the mean
+    force: a free run that is lost is no worse than no model, and does not decide alone.
+    """
+    if not candidates:
+        return []
+    folds = folds_of(courses)
+    tasks = list(product(candidates, folds))
+    squares = run(partial(_squares, scales=scales, dt=dt, stages=stages), tasks, on_done=tell)
+    each = np.array(squares).reshape(len(candidates), len(folds), 2).sum(axis=1)
+    return in_order([Judged(one, float(s / n)) for one, (s, n) in zip(candidates, each, strict=True)])
+
+
+def in_order(judged: Sequence[Judged]) -> list[Judged]:
+    """The smallest error first."""
+    return sorted(judged, key=lambda one: one.error)
+
+
+def beyond(judged: Sequence[Judged], count: int) -> list[Candidate]:
+    """Candidates with the next decay, ten times less or more, where that of a best structure is at its edge.
+
+    Only the best `count` structures are taken further.
+    """
+    decays: dict[Structure, list[float]] = {}
+    for one in judged:
+        if isinstance(one.candidate, Candidate):
+            decays.setdefault(one.candidate.structure, []).append(one.candidate.decay)
+    more = []
+    for structure, tried in list(decays.items())[:count]:  # in the order of their best, which comes first
+        if tried[0] == min(tried):
+            more.append(Candidate(structure, tried[0] / _DECADE))
+        elif tried[0] == max(tried):
+            more.append(Candidate(structure, tried[0] * _DECADE))
+    return more
+
+
+def _squares(task: tuple[Candidate, Fold], scales: Scales, dt: float, stages: Sequence[Stage]) -> tuple[float, int]:
+    """Sum of the squared scaled errors on what a fold shows, and of how many samples."""
+    candidate, fold = task
+    member, _ = train_member(candidate.structure, scales, fold.learned, decay=candidate.decay, seed=0, stages=stages)
+    return errors_on([member], fold.shown, scales, dt)
+
+
+def errors_on(members: Sequence[Member], shown: Sequence[Course], scales: Scales, dt: float) -> tuple[float, int]:
+    """Sum of the squared scaled errors of some members together, and of how many samples."""
+    model = BlackBox(name="", kind="", dt=dt, scales=scales, members=tuple(members))
+    squares, count = 0.0, 0
+    for course in shown:
+        error = (course.force - model.along(course))[course.counted] / scales[FORCE].size
+        spread = (course.force[course.counted] - scales[FORCE].centre) / scales[FORCE].size
+        squares += min(float(error @ error), float(spread @ spread))
+        count += error.size
+    return squares, count
+
+
+def committee(
+    chosen: Sequence[Candidate],
+    courses: Sequence[Course],
+    scales: Scales,
+    *,
+    stages: Sequence[Stage] = FULL,
+    tell: Callable[[int, int], None] | None = None,
+) -> list[tuple[Member, float]]:
+    """A network for each candidate, each from a start of its own, on all courses; and its error there."""
+    tasks = list(enumerate(chosen, start=1))
+    return run(partial(_member, courses=courses, scales=scales, stages=stages), tasks, on_done=tell)
+
+
+def _member(
+    task: tuple[int, Candidate], courses: Sequence[Course], scales: Scales, stages: Sequence[Stage]
+) -> tuple[Member, float]:
+    seed, candidate = task
+    member, trained = train_member(
+        candidate.structure, scales, courses, decay=candidate.decay, seed=seed, stages=stages
+    )
+    return member, trained.error

@@ -1,0 +1,93 @@
+"""A recurrent network along samples: its simulation, and the sums that a least-squares step needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.blackbox import loops
+from identification.blackbox.samples import Samples
+from identification.blackbox.scaling import Scales
+from identification.blackbox.structure import FORCE, Structure
+
+Floats = NDArray[np.float64]
+_BLOCK = 512  # rows of the gradient at once: they stay in the second-level cache
+
+
+@dataclass(frozen=True, slots=True)
+class Sums:
+    """Of the residuals e (N,) and their gradient J (N, P), over the samples that count: Σe², JᵀJ and Jᵀe."""
+
+    squares: float
+    gram: Floats
+    slope: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """The loops on some samples: what they take, and their working space."""
+
+    given: tuple[object, ...]
+    z: Floats
+    g: Floats
+
+    def simulate(self, force: Floats) -> None:
+        """The scaled force, into (N,)."""
+        loops.simulate(*self.given, self.z, force)
+
+    def gradient(self, span: tuple[int, int], force: Floats, rows: Floats) -> None:
+        """The gradient over a span of the samples, into the last of `rows`."""
+        loops.gradient(*self.given, span, self.z, self.g, force, rows)
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """What the loops need besides the weights and the samples."""
+
+    structure: Structure
+    limits: Floats  # of the scaled force
+
+    def simulate(self, weights: Floats, samples: Samples, horizon: int | None = None) -> Floats:
+        """The scaled force (N,), fed back over no more than `horizon` samples."""
+        force = np.empty(samples.force.size)
+        self.prepared(weights, samples, horizon).simulate(force)
+        return force
+
+    def sums(self, weights: Floats, samples: Samples, force: Floats, horizon: int | None = None) -> Sums:
+        """The sums about a simulated `force`."""
+        prepared = self.prepared(weights, samples, horizon)
+        size, most = weights.size, max(self.structure.longest, 1)
+        rows = np.zeros((most + _BLOCK, size))
+        gram, slope, squares = np.zeros((size, size)), np.zeros(size), 0.0
+        for first in range(0, force.size, _BLOCK):
+            last = min(first + _BLOCK, force.size)
+            rows[:most] = rows[_BLOCK:]
+            block = rows[: most + last - first]
+            prepared.gradient((first, last), force, block)
+            counted = samples.counted[first:last]
+            taken = block[most:] if counted.all() else block[most:][counted]
+            error = (samples.force[first:last] - force[first:last])[counted]
+            gram += taken.T @ taken
+            slope += taken.T @ error
+            squares += float(error @ error)
+        return Sums(squares, gram, slope)
+
+    def squares(self, weights: Floats, samples: Samples, horizon: int | None = None) -> float:
+        """Σe² of the simulated force over the samples that count."""
+        force = self.simulate(weights, samples, horizon)
+        error = (samples.force - force)[samples.counted]
+        return float(error @ error)
+
+    def prepared(self, weights: Floats, samples: Samples, horizon: int | None) -> Prepared:
+        """The loops with all that they take."""
+        delays = np.array(self.structure.fed_back, dtype=np.int64)
+        lanes = self.structure.lanes
+        given = (weights, delays, samples.inputs, samples.since(horizon), samples.force, self.limits, (0,) * lanes)
+        return Prepared(given, np.empty(lanes), np.empty(lanes))
+
+
+def network(structure: Structure, scales: Scales) -> Network:
+    """The network of a structure whose force stays within the edges of its training."""
+    return Network(structure, np.array(scales[FORCE].edges))

@@ -1,0 +1,75 @@
+"""Runs as courses for a black box: one rate, the measured motion where there is one, and nothing that can't be used."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+from scipy.signal import resample_poly
+
+from identification.blackbox.samples import Course
+from identification.errors import DataError
+from identification.models.inputs import MEASURED, with_measured
+from identification.models.protocol import SimulationModel
+from identification.models.simulation import name_of
+from identification.record import compact, record_from_run
+from rigctl.runfile import Run
+
+_LARGEST_PART = 1000  # of the ratio of two rates
+_HELD = ("current",)  # between samples it is held: a filter would put its step elsewhere
+
+
+def measured_signals(runs: Sequence[Run]) -> tuple[str, ...]:
+    """Velocity and acceleration, where every run holds them as measured."""
+    return tuple(name for name in MEASURED if all(name in one.channels for one in runs))
+
+
+def course_of(run: Run, measured: Sequence[str], base: SimulationModel | None = None) -> Course:
+    """One run as a course; of a run that repeats its mean period; with a base, what that leaves.
+
+    Raises DataError as `record_from_run` does.
+    """
+    record = compact(record_from_run(run))
+    motion = with_measured(record.motion, run, measured)
+    counted = np.zeros(motion.x.size, dtype=np.bool_)
+    counted[record.window] = True
+    if base is None:
+        return Course(motion, record.force, counted)
+    model = base.force(motion)
+    return Course(motion, record.force - model, counted, model)
+
+
+def at_one_rate(runs: Sequence[Run], rate_hz: float | None) -> list[Run]:
+    """The runs, resampled where a rate is asked for; raises DataError where theirs differ and none is."""
+    if rate_hz is not None:
+        return [resampled(one, rate_hz) for one in runs]
+    for one in runs:
+        if abs(one.sample_rate_hz / runs[0].sample_rate_hz - 1.0) > 1e-6:
+            raise DataError(
+                f"{name_of(one)} has {one.sample_rate_hz:.6g} Hz, {name_of(runs[0])} {runs[0].sample_rate_hz:.6g} Hz: "
+                "a black box has one sample rate; leave out those of another, or have all resampled (--rate)"
+            )
+    return list(runs)
+
+
+def resampled(run: Run, rate_hz: float) -> Run:
+    """A run at another rate, through a low-pass at half the lower one; its period is sought anew."""
+    if not (np.isfinite(rate_hz) and rate_hz > 0.0):
+        raise DataError(f"rate is {rate_hz:g} Hz: it must be above 0")
+    ratio = Fraction(rate_hz / run.sample_rate_hz).limit_denominator(_LARGEST_PART)
+    up, down = ratio.numerator, ratio.denominator
+    if ratio == 1:
+        return run
+    if not 0 < up <= _LARGEST_PART or abs(float(ratio) * run.sample_rate_hz / rate_hz - 1.0) > 1e-9:
+        raise DataError(
+            f"{name_of(run)}: {run.sample_rate_hz:g} Hz can't be brought to {rate_hz:g} Hz by a simple ratio"
+        )
+    count = -(-run.samples * up // down)
+    nearest = np.minimum(np.arange(count) * down // up, run.samples - 1)
+    channels = {
+        name: values[nearest] if name in _HELD else resample_poly(values, up, down, padtype="line")
+        for name, values in run.channels.items()
+    }
+    return replace(run, sample_rate_hz=rate_hz, channels=channels, period_samples=0)

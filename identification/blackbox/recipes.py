@@ -1,0 +1,70 @@
+"""What each kind of black box tries by default: regressors, nodes, weight decays, and how it is trained."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+from identification.blackbox.choose import Candidate
+from identification.blackbox.structure import Structure, regressors
+from identification.blackbox.training import FULL, PREDICTOR, QUICK, Stage
+
+NODES = 12  # a multiple of four: the loops compute four at once; weight decay takes back what is too many
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recipe:
+    """The candidates of a kind, and how many of the best make its committee, from how many starts each.
+
+    A regressor of the current or the temperature is left out where no run has one that varies.
+    """
+
+    regressors: tuple[str, ...]
+    nodes: int
+    decays: tuple[float, ...]
+    quick: Sequence[Stage]
+    full: Sequence[Stage]
+    best: int
+    starts: int
+
+    def candidates(self, absent: Sequence[str]) -> list[Candidate]:
+        """Every structure with every decay, without regressors of the `absent` signals."""
+        chosen = (tuple(r for r in regressors(text) if r.signal not in absent) for text in self.regressors)
+        structures = dict.fromkeys(Structure(one, self.nodes) for one in chosen)
+        return [Candidate(structure, decay) for structure, decay in product(structures, self.decays)]
+
+
+# Weight decays in steps of ten, from which the search goes on: 0.2 is a prior of scaled weights of about one half where
+# the error is a fifth of the force. Half and double choose the same structures.
+_DECAYS = (0.02, 0.2)
+_FED = (
+    "F1 F2 v0 v1 i0 i1",
+    "F1 F2 F3 x0 v0 v1 v2 i0 i1 i2",
+    "F1 F2 x0 v0 v1 a0 i0 i1",
+    "F1 F2 F3 x0 v0 v1 v2 v3 v4 i0 i1 i2",
+)
+_LINEAR = (
+    "F1 x0 v0 i0",
+    "F1 F2 x0 x1 x2 v0 v1 v2 a0 i0 i1 i2",
+    "F1 F2 F3 F4 x0 v0 v1 v2 v3 v4 a0 a1 a2 i0 i1 i2 i3 i4",
+)
+
+# What a base leaves, beside its force: the same signals.
+_LEFT = tuple(f"{text} M0 M1" for text in (*_FED[:3], "x0 v0 v1 a0 i0 i1"))
+
+RECIPES: Mapping[str, Recipe] = {
+    "nnoe": Recipe(regressors=_FED, nodes=NODES, decays=_DECAYS, quick=QUICK, full=FULL, best=3, starts=2),
+    "narx": Recipe(
+        regressors=_FED, nodes=NODES, decays=_DECAYS, quick=(PREDICTOR,), full=(PREDICTOR,), best=1, starts=1
+    ),
+    "mlp": Recipe(
+        regressors=("x0 v0 a0 i0",), nodes=NODES, decays=_DECAYS, quick=(PREDICTOR,), full=(PREDICTOR,), best=1,
+        starts=1,
+    ),
+    "arx": Recipe(
+        regressors=_LINEAR, nodes=0, decays=(0.2, 20.0), quick=(PREDICTOR,), full=(PREDICTOR,), best=1,
+        starts=1,
+    ),
+    "hybrid": Recipe(regressors=_LEFT, nodes=NODES, decays=_DECAYS, quick=QUICK, full=FULL, best=3, starts=2),
+}  # fmt: skip

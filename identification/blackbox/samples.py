@@ -1,0 +1,98 @@
+"""Samples of one or several runs, as the loops take them: scaled regressors and force, one run after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.blackbox.past import with_past
+from identification.blackbox.scaling import Scales, seen
+from identification.blackbox.structure import FORCE, MODEL, Structure
+from identification.models.motion import Motion
+from identification.models.protocol import SIGNALS
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Samples that are simulated before a run, so that its force does not begin from nothing. A damper's force forgets
+# within some tens of milliseconds; at 1 kHz that is less than this.
+LEAD = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """One run: its motion, the force (N,) that is learned, N, or zeros, and which of its samples count, (N,).
+
+    `model` (N,), N, is the force of the model that a hybrid builds on; the force is then what that leaves.
+    """
+
+    motion: Motion
+    force: Floats
+    counted: Mask
+    model: Floats | None = None
+
+    def series(self, signal: str) -> Floats:
+        """A signal, (N,), SI."""
+        if signal != MODEL:
+            series: Floats = getattr(self.motion, SIGNALS[signal])
+            return series
+        assert self.model is not None  # only a hybrid has regressors of it
+        return self.model
+
+
+def course_along(motion: Motion, model: Floats | None = None) -> Course:
+    """A motion whose force nobody has measured."""
+    return Course(motion, np.zeros(motion.x.size), np.ones(motion.x.size, dtype=np.bool_), model)
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """N rows: inputs (N, m) and force (N,), scaled; `begin` is the first simulated sample of the run of each row."""
+
+    inputs: Floats
+    force: Floats
+    begin: NDArray[np.int64]
+    counted: Mask
+
+    def since(self, horizon: int | None) -> NDArray[np.int64]:
+        """From which sample on each row feeds the simulated force back: every `horizon` samples from the measured one.
+
+        One sample: the force is predicted from measured ones. None: it is simulated from the start of the run on.
+        """
+        if horizon is None:
+            return self.begin
+        within = np.arange(self.begin.size) - self.begin
+        return np.asarray(self.begin + np.maximum(within // horizon, 0) * horizon)
+
+
+def samples_of(courses: Sequence[Course], structure: Structure, scales: Scales) -> Samples:
+    """The rows of some runs for a network: its longest delay and `LEAD` samples come before every run."""
+    parts = [_rows(course, structure, scales) for course in courses]
+    starts = np.cumsum([0, *(force.size for _, force, _ in parts[:-1])])
+    begin = [np.full(force.size, start + structure.longest) for (_, force, _), start in zip(parts, starts, strict=True)]
+    return Samples(
+        inputs=np.concatenate([inputs for inputs, _, _ in parts]),
+        force=np.concatenate([force for _, force, _ in parts]),
+        begin=np.concatenate(begin),
+        counted=np.concatenate([counted for _, _, counted in parts]),
+    )
+
+
+def _rows(course: Course, structure: Structure, scales: Scales) -> tuple[Floats, Floats, Mask]:
+    """Inputs, force and what counts of one run, with what comes before it."""
+    motion, ahead = course.motion, structure.longest + LEAD
+    signals = {name: with_past(motion, name, course.series(name), ahead) for name in structure.signals}
+    size = course.force.size + ahead
+    inputs = np.empty((size, len(structure.inputs)))
+    for k, one in enumerate(structure.inputs):
+        column = seen(scales[one.signal], signals[one.signal])
+        inputs[one.delay :, k] = column[: size - one.delay]
+        inputs[: one.delay, k] = column[0]
+    force = (course.force - scales[FORCE].centre) / scales[FORCE].size
+    force = np.concatenate([np.full(ahead, force[0]), force])
+    force[: structure.longest] = 0.0  # the simulation of a run begins from its mean force
+    counted = np.concatenate([np.zeros(ahead, dtype=np.bool_), course.counted])
+    return inputs, force, counted

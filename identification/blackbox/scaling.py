@@ -1,0 +1,71 @@
+"""The scale of every signal of a black box: its centre, its size, and the range that it was trained in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.errors import ModelError
+
+Floats = NDArray[np.float64]
+
+# Share of the trained span by which an input may leave it before the network sees its edge. Half: a service run that
+# is a little faster is cut. Double: a spike moves the network to where nothing was ever learned, and a force that is
+# fed back may settle there.
+MARGIN = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """Centre and size of a signal in training, and its lowest and highest value, SI."""
+
+    centre: float
+    size: float
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, (self.centre, self.size, self.low, self.high))):
+            raise ModelError(f"scale {self} must be of finite numbers")
+        if not self.size > 0.0:
+            raise ModelError(f"size is {self.size:g}: it must be above 0")
+        if not self.low < self.high:
+            raise ModelError(f"range is [{self.low:g}, {self.high:g}]: the lower value comes first")
+
+    @property
+    def edges(self) -> tuple[float, float]:
+        """The scaled values that the network never sees beyond."""
+        margin = MARGIN * (self.high - self.low)
+        return self.scaled(self.low - margin), self.scaled(self.high + margin)
+
+    def scaled(self, value: float) -> float:
+        """A value as the network sees it."""
+        return (value - self.centre) / self.size
+
+
+Scales = Mapping[str, Scale]
+
+
+def scale_of(values: Floats) -> Scale:
+    """The scale of a signal; raises ModelError where it is constant."""
+    size = float(np.std(values))
+    if not size > 0.0:
+        raise ModelError("it is constant")
+    return Scale(float(np.mean(values)), size, float(np.min(values)), float(np.max(values)))
+
+
+def seen(scale: Scale, values: Floats) -> Floats:
+    """A signal as the network sees it, (N,): scaled, held where it is not finite, and cut at the edges.
+
+    What comes before the first finite value is the centre.
+    """
+    finite = np.isfinite(values)
+    if not finite.all():
+        held = np.maximum.accumulate(np.where(finite, np.arange(values.size), -1))
+        values = np.where(held < 0, scale.centre, values[np.maximum(held, 0)])
+    margin = MARGIN * (scale.high - scale.low)
+    return (np.clip(values, scale.low - margin, scale.high + margin) - scale.centre) / scale.size

@@ -1,0 +1,71 @@
+"""The file of a search for regressors: its path, and all that was tried, so that it goes on after an interruption."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from excitation.untrusted import parse_json
+from identification.blackbox.model import Member
+from identification.blackbox.modelfile import member_from_json, member_to_json, number_in, object_in
+from identification.blackbox.samples import Course
+from identification.blackbox.selection import Known, Step, Tried
+from identification.errors import DataError, ModelError
+from identification.models.modelfile import Json, write_json
+
+FORMAT = "damper-rig/selection"
+
+
+def digest_of(courses: Sequence[Course]) -> str:
+    """What the training says, in a few letters: a search goes on with the same only."""
+    found = hashlib.sha256()
+    for course in courses:
+        for series in (course.motion.x, course.motion.v, course.motion.i, course.force):
+            found.update(np.ascontiguousarray(series).tobytes())
+    return found.hexdigest()[:16]
+
+
+def write_selection(path: Path, courses: Sequence[Course], steps: Sequence[Step], known: Known) -> None:
+    """Write the path and all that was tried, whole or not at all; raises ModelFileError."""
+    data: dict[str, Json] = {
+        "format": FORMAT,
+        "format_version": 1,
+        "training": digest_of(courses),
+        "path": [
+            {"act": one.act, "regressors": _names(one.tried), "rrmsse": one.tried.rrmsse, "tried": one.count}
+            for one in steps
+        ],
+        "tried": [
+            {"error": one.error, "network": member_to_json(Member(one.structure, one.weights))}
+            for one in known.values()
+        ],
+    }
+    write_json(path, data)
+
+
+def read_selection(path: Path, courses: Sequence[Course]) -> dict[str, Tried]:
+    """What was tried before by the search of a file, none where there is no file; raises DataError."""
+    if not path.exists():
+        return {}
+    try:
+        data = object_in("the file", parse_json(path.read_bytes()))
+        if data.get("format") != FORMAT:
+            raise ModelError(f"format is {data.get('format')!r}: a search has '{FORMAT}'")
+        if data.get("training") != digest_of(courses):
+            raise ModelError("it belongs to other runs: name another file, or remove it")
+        return {str(one.structure): one for one in (_tried(k, part) for k, part in enumerate(data.get("tried", [])))}
+    except (ModelError, OSError, ValueError, TypeError) as error:
+        raise DataError(f"{path}: {error}") from error
+
+
+def _tried(k: int, data: Json) -> Tried:
+    part = object_in(f"tried[{k}]", data)
+    member = member_from_json(f"tried[{k}].network", part.get("network"))
+    return Tried(member.structure, number_in(f"tried[{k}].error", part.get("error")), member.weights)
+
+
+def _names(tried: Tried) -> list[str]:
+    return [str(one) for one in tried.structure.regressors]

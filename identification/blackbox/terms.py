@@ -1,0 +1,118 @@
+"""Chooses the terms of a polynomial NARX model: regressors, degree and number by cross-validation in free run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.blackbox.folds import Fold, folds_of
+from identification.blackbox.polynomial import (
+    PolynomialNarx,
+    Term,
+    products,
+    ranked,
+    regressors_of,
+    terms_of,
+)
+from identification.blackbox.samples import Course, Samples, samples_of
+from identification.blackbox.scaling import Scales
+from identification.blackbox.structure import FORCE, Structure, regressors
+from identification.compute import run
+
+Floats = NDArray[np.float64]
+
+# From here on a further term of the usual libraries lowers the prediction error and makes the free run unstable.
+COUNTS = (4, 6, 9, 13, 19, 28, 40)
+DEGREES = (2, 3)
+RIDGE = 1e-6  # of the samples: what near-dependent terms share is shared evenly
+_DEFAULT = ("F1 v0 v1 i0", "F1 F2 v0 v1 x0 i0", "F1 F2 F3 v0 v1 v2 i0")
+
+
+@dataclass(frozen=True, slots=True)
+class Polynomial:
+    """What is tried: a structure, the highest degree, and how many terms."""
+
+    structure: Structure
+    degree: int
+    terms: int
+
+    def __str__(self) -> str:
+        names = " ".join(map(str, self.structure.regressors))
+        return f"{names}, {self.terms} terms of up to degree {self.degree}"
+
+
+def default_structures(absent: Sequence[str]) -> list[Structure]:
+    """The regressors that are tried, without those of the `absent` signals."""
+    chosen = (tuple(one for one in regressors(text) if one.signal not in absent) for text in _DEFAULT)
+    return list(dict.fromkeys(Structure(one, 0) for one in chosen))
+
+
+def judge_polynomials(
+    structures: Sequence[Structure],
+    courses: Sequence[Course],
+    scales: Scales,
+    dt: float,
+    *,
+    tell: Callable[[int, int], None] | None = None,
+) -> list[tuple[Polynomial, float]]:
+    """What is tried with its mean square scaled error in free run on what was left out, the smallest first.
+
+    A squared error is cut at that of the mean force, as for networks.
+    """
+    folds = folds_of(courses)
+    pairs = list(product(structures, DEGREES))
+    found = run(partial(_errors, scales=scales, dt=dt), list(product(pairs, folds)), on_done=tell)
+    judged = []
+    for k, (structure, degree) in enumerate(pairs):
+        of_pair = found[k * len(folds) : (k + 1) * len(folds)]
+        samples = sum(size for _, size in of_pair)
+        for n, count in enumerate(COUNTS):
+            judged.append((Polynomial(structure, degree, count), sum(e[n] for e, _ in of_pair) / samples))
+    return sorted(judged, key=lambda pair: (pair[1], pair[0].terms))
+
+
+def _errors(task: tuple[tuple[Structure, int], Fold], scales: Scales, dt: float) -> tuple[list[float], int]:
+    """Sum of the squared scaled errors of each number of terms on what a fold shows, and of how many samples."""
+    (structure, degree), fold = task
+    order = ranking(structure, degree, fold.learned, scales)
+    sums = []
+    for count in COUNTS:
+        model = polynomial_of(structure, order[:count], fold.learned, scales, dt)
+        sums.append(sum(_squares(model, course, scales) for course in fold.shown))
+    return sums, sum(int(course.counted.sum()) for course in fold.shown)
+
+
+def _squares(model: PolynomialNarx, course: Course, scales: Scales) -> float:
+    error = (course.force - model.along(course))[course.counted] / scales[FORCE].size
+    spread = (course.force[course.counted] - scales[FORCE].centre) / scales[FORCE].size
+    return min(float(error @ error), float(spread @ spread))
+
+
+def ranking(structure: Structure, degree: int, courses: Sequence[Course], scales: Scales) -> list[Term]:
+    """The terms by their error reduction ratio, the highest first."""
+    phi, y, every = _problem(structure, degree, samples_of(courses, structure, scales))
+    return [one.term for one in ranked(products(phi, every), y, every, max(COUNTS))]
+
+
+def _problem(structure: Structure, degree: int, samples: Samples) -> tuple[Floats, Floats, list[Term]]:
+    phi = regressors_of(samples, structure.fed_back)
+    return phi, samples.force[samples.counted], terms_of(len(structure.regressors), degree)
+
+
+def polynomial_of(
+    structure: Structure, terms: Sequence[Term], courses: Sequence[Course], scales: Scales, dt: float, name: str = ""
+) -> PolynomialNarx:
+    """The polynomial of some terms, its coefficients by least squares of the prediction from measured forces."""
+    samples = samples_of(courses, structure, scales)
+    columns = products(regressors_of(samples, structure.fed_back), terms)
+    y = samples.force[samples.counted]
+    gram = columns.T @ columns + RIDGE * y.size * np.eye(len(terms))
+    coefficients = np.asarray(np.linalg.solve(gram, columns.T @ y), dtype=np.float64)
+    return PolynomialNarx(
+        name=name, dt=dt, scales=scales, structure=structure, terms=tuple(terms), coefficients=coefficients
+    )

@@ -1,0 +1,85 @@
+"""The training of one network: its start as a predictor, then over longer and longer stretches of free run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.blackbox.levenberg import Trained, train
+from identification.blackbox.model import Member
+from identification.blackbox.network import network
+from identification.blackbox.samples import Course, samples_of
+from identification.blackbox.scaling import Scales, scale_of
+from identification.blackbox.structure import FORCE, Structure
+from identification.errors import DataError, ModelError
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """Steps of least squares in which the force is fed back over no more than `horizon` samples; None: all."""
+
+    horizon: int | None
+    most_steps: int
+    tolerance: float
+
+
+# A predictor is fitted first: its error is smooth in its weights. Fed back, it is often unstable, and the gradient of a
+# long free run is then useless; over stretches that grow it finds a stable one on the way.
+PREDICTOR = Stage(1, 40, 1e-4)
+FULL = (PREDICTOR, Stage(20, 15, 1e-3), Stage(100, 15, 1e-3), Stage(500, 15, 1e-3), Stage(None, 100, 1e-4))
+QUICK = (Stage(1, 20, 1e-3), Stage(20, 10, 1e-3), Stage(None, 25, 1e-3))
+
+
+def scales_of(courses: Sequence[Course], signals: Sequence[str]) -> Scales:
+    """Scales of the force and of some signals over the samples that count; raises DataError for a constant one."""
+    taken = {FORCE: np.concatenate([one.force[one.counted] for one in courses])}
+    for name in signals:
+        taken[name] = np.concatenate([one.series(name)[one.counted] for one in courses])
+    out = {}
+    for name, values in taken.items():
+        try:
+            out[name] = scale_of(values)
+        except ModelError as error:
+            raise DataError(f"{name}: {error} in all runs, at {values[0]:g}: leave it out of the regressors") from error
+    return out
+
+
+def first_weights(structure: Structure, seed: int) -> Floats:
+    """Random weights for scaled signals: sums of about 1 in the nodes, and a small share of each in the force."""
+    rng = np.random.default_rng(seed)
+    width, lanes, nodes = len(structure.regressors) + 1, structure.lanes, structure.nodes
+    hidden, output = np.zeros((width, lanes)), np.zeros(lanes)
+    hidden[:, :nodes] = rng.standard_normal((width, nodes)) / np.sqrt(width)
+    output[:nodes] = 0.1 * rng.standard_normal(nodes)
+    return np.concatenate([hidden.ravel(), output, np.zeros(width)])
+
+
+def train_member(
+    structure: Structure,
+    scales: Scales,
+    courses: Sequence[Course],
+    *,
+    decay: float,
+    seed: int,
+    stages: Sequence[Stage] = FULL,
+) -> tuple[Member, Trained]:
+    """One network from one random start, through all stages."""
+    samples, net = samples_of(courses, structure, scales), network(structure, scales)
+    weights = first_weights(structure, seed)
+    for stage in stages:
+        trained = train(
+            net,
+            weights,
+            samples,
+            decay=decay,
+            horizon=stage.horizon,
+            most_steps=stage.most_steps,
+            tolerance=stage.tolerance,
+        )
+        weights = trained.weights
+    return Member(structure, weights), trained

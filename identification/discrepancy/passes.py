@@ -1,0 +1,72 @@
+"""The search in passes: with the names of one pass in the base, until a pass finds none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from identification.criteria import FORM
+from identification.discrepancy.evidence import Evidence
+from identification.discrepancy.naming import Compared, Search, drop_departures, fit_without, gap_remains
+from identification.discrepancy.search import search
+from identification.discrepancy.verdict import drop_doubtful
+from identification.fitting.leastsquares import Fit
+from identification.physical.model import Model
+from identification.record import Record
+
+Found = tuple[Search, list[Evidence], list[Evidence]]
+Report = Callable[[str], None]
+
+
+def search_in_passes(
+    given: Model, base: Fit, records: Sequence[Record], held_out: Sequence[Record], report: Report
+) -> Found:
+    """Names that `base` is missing on `records` (compact), the evidence for them, and that for names not stated.
+
+    A doubtful name that is taken back leaves room for another: the search is repeated with the names that stand as part
+    of the base, until a pass finds none or what is left is within the tolerance of form.
+    """
+    found, evidence, withheld = _one_pass(given, base, (), records, held_out, report)
+    latest = found.names
+    while latest and len(found.names) < FORM.most_effects and gap_remains(found, records):
+        report(f"searching for more beside {len(found.names)}")
+        more, new, doubtful = _one_pass(found.fit.model, found.fit, found.names, records, held_out, report)
+        withheld = list({e.name: e for e in (*withheld, *doubtful)}.values())
+        latest = more.names
+        if latest:
+            found, evidence = _together(found, more, records), [*evidence, *new]
+    return found, evidence, [e for e in withheld if e.name not in found.names]
+
+
+def _one_pass(
+    given: Model,
+    base: Fit,
+    earlier: Sequence[str],
+    records: Sequence[Record],
+    held_out: Sequence[Record],
+    report: Report,
+) -> Found:
+    found = search(given, base, records, earlier=earlier, on_progress=report)
+    found, evidence, withheld = drop_doubtful(found, records, held_out)
+    found = drop_departures(found, records)
+    return found, [e for e in evidence if e.name in found.names], withheld
+
+
+def _together(found: Search, more: Search, records: Sequence[Record]) -> Search:
+    """One search that has found the names of two, of which the second had the first ones in its base."""
+    earlier = {n: _beside(found.compared[n], more.fit, n, records) for n in found.names}
+    return replace(
+        more,
+        names=(*found.names, *more.names),
+        given=found.given,
+        earlier=(),
+        base_excess=found.base_excess,
+        moves=(*found.moves, *more.moves),
+        compared={**more.compared, **earlier},
+    )
+
+
+def _beside(compared: Compared, fit: Fit, name: str, records: Sequence[Record]) -> Compared:
+    """The comparison of an earlier name, with the fit that lacks only that."""
+    without = fit_without(fit, name, records)
+    return compared if without is None else replace(compared, without=without)

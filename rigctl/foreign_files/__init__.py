@@ -1,0 +1,22 @@
+"""Files of other programs as run files: what is not stated is guessed and shown, and everything is checked."""
+
+from rigctl.foreign_files.choice import CHANNELS, Choice, ColumnChoice, choice_from, column_choice
+from rigctl.foreign_files.files import import_file
+from rigctl.foreign_files.imported import ColumnTaken, Imported
+from rigctl.foreign_files.mapping import Mapping, Rule, read_mapping
+from rigctl.foreign_files.read import ENDINGS
+
+__all__ = [
+    "CHANNELS",
+    "ENDINGS",
+    "Choice",
+    "ColumnChoice",
+    "ColumnTaken",
+    "Imported",
+    "Mapping",
+    "Rule",
+    "choice_from",
+    "column_choice",
+    "import_file",
+    "read_mapping",
+]

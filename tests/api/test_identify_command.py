@@ -1,0 +1,92 @@
+"""`damper-rig identify`, and what the other commands do with the model that it writes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from api.cli.main import main
+from identification.physical.model import Model, element
+from identification.physical.modelfile import write_model
+from rigctl.runfile import read_run, with_channel, write_run
+from tests.identification.hysteretic import hysteretic
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with two runs of a damper with memory, in which the commands run."""
+    for name, seed in (("learned.h5", 1), ("shown.h5", 2)):
+        write_run(tmp_path / name, hysteretic(seed, 900))
+    write_run(tmp_path / "faster.h5", hysteretic(3, 900, rate_hz=500.0))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_model_is_identified_simulated_scored_and_compared(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    chosen = ["--regressors", "F1 F2 v0 v1", "--nodes", "4", "--regressors", "v0 v1"]
+    given = ["identify", "nnoe", "learned.h5", "--held-out", "shown.h5", *chosen, "-o", "n.json", "--json"]
+    assert main(given) == 0
+    said = capsys.readouterr()
+    figures = json.loads(said.out)
+    assert figures["fit_held_out"]["shown.h5"] > 90.0
+    assert figures["stable"]
+    assert figures["candidates"][0]["regressors"] == ["F1", "F2", "v0", "v1"]
+    assert main(["simulate", "n.json", "shown.h5", "-o", "out.h5"]) == 0
+    capsys.readouterr()
+    assert main(["score", "out.h5"]) == 0
+    assert json.loads(capsys.readouterr().out)["fit"] == pytest.approx(figures["fit_held_out"]["shown.h5"])
+    assert main(["identify", "arx", "learned.h5", "-o", "a.json"]) == 0
+    assert "fit in free run" in capsys.readouterr().out
+    assert main(["compare", "n.json", "a.json", "--runs", "shown.h5", "-o", "page.html"]) == 0
+    assert capsys.readouterr().out.splitlines()[1].startswith("n.json")
+
+
+def test_a_hybrid_builds_on_a_given_model(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    viscous = Model(name="v", elements=(element("viscous_damping", {"c": 900.0}),))
+    write_model(Path("base.json"), viscous)
+    chosen = ["--regressors", "F1 v0 v1 M0", "--nodes", "4", "--base", "base.json"]
+    given = ["identify", "hybrid", "learned.h5", "--held-out", "shown.h5", *chosen, "-o", "h.json"]
+    assert main(given) == 0
+    assert "the base alone explains" in capsys.readouterr().out
+    assert main(["compare", "h.json", "base.json", "--runs", "shown.h5", "-o", "page.html"]) == 0
+    assert capsys.readouterr().out.splitlines()[1].startswith("h.json")
+    assert main(["identify", "arx", "learned.h5", "--base", "base.json", "-o", "a.json"]) == 2
+    assert "--base is for a hybrid only" in capsys.readouterr().err
+
+
+def test_simulate_says_where_and_how_far_a_run_leaves_the_training(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["identify", "arx", "learned.h5", "--regressors", "F1 v0", "-o", "a.json"]) == 0
+    shown = read_run(Path("shown.h5"))
+    write_run(Path("far.h5"), with_channel(shown, "displacement", 3.0 * shown.channels["displacement"], "m"))
+    capsys.readouterr()
+    assert main(["simulate", "a.json", "far.h5", "-o", "out.h5"]) == 0
+    told = capsys.readouterr().err
+    assert told.startswith("damper-rig: far.h5: velocity leaves the training range [")
+    assert np.all(np.isfinite(read_run(Path("out.h5")).channels["force_simulated"]))
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        (["spline", "learned.h5"], ["KIND is 'spline'", "nnoe, narx, mlp, arx"]),
+        (["arx", "learned.h5", "faster.h5"], ["faster.h5 has 500 Hz", "learned.h5 200 Hz", "--rate"]),
+        (["nnoe", "learned.h5", "--nodes", "4"], ["--nodes needs --regressors"]),
+        (["nnoe", "learned.h5", "--regressors", "F1 q0"], ["regressor 'q0'"]),
+        (["nnoe", "learned.h5", "--regressors", "F1 F2 v0 v1", "--nodes", "64"], ["samples for 389 weights"]),
+        (["arx", "absent.h5"], ["absent.h5"]),
+        (["arx", "learned.h5", "--rate", "0"], ["rate is 0 Hz"]),
+    ],
+)
+def test_what_cannot_be_identified_is_refused_in_one_line_and_leaves_no_file(
+    place: Path, words: list[str], parts: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = sorted(path.name for path in place.iterdir())
+    assert main(["identify", *words, "-o", "model.json"]) == 2
+    said = capsys.readouterr().err.splitlines()[-1]  # after what the data checks found
+    assert all(part in said for part in parts), said
+    assert sorted(path.name for path in place.iterdir()) == before

@@ -1,0 +1,103 @@
+"""Polynomial NARX models: terms by orthogonal least squares, free runs that stay bounded, and the file."""
+
+from __future__ import annotations
+
+import json
+import math
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from identification.blackbox import Identified, PolynomialNarx, Structure, identify, regressors, write_identified
+from identification.blackbox.polynomial import products, ranked, terms_of
+from identification.blackbox.polynomialfile import polynomial_to_json
+from identification.blackbox.scaling import MARGIN
+from identification.errors import ModelFileError
+from identification.models import load_model, motion_of
+from tests.identification.hysteretic import hysteretic
+
+
+@cache
+def found() -> Identified:
+    structure = Structure(regressors("F1 v0 v1"), 0)
+    return identify("polynomial", [hysteretic(1, 1200)], held_out=[hysteretic(2, 800)], structures=[structure])
+
+
+def model() -> PolynomialNarx:
+    polynomial = found().model
+    assert isinstance(polynomial, PolynomialNarx)
+    return polynomial
+
+
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=30, deadline=None)
+def test_the_terms_of_a_polynomial_are_found_and_their_ratios_add_up_to_what_they_explain(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    every = terms_of(3, 3)
+    columns = products(rng.standard_normal((400, 3)), every)
+    true = [every[k] for k in rng.choice(len(every), 3, replace=False)]
+    y = columns[:, [every.index(term) for term in true]] @ rng.choice([-1.0, 1.0], 3)
+    order = ranked(columns, y + 1e-6 * rng.standard_normal(400), every, 8)
+    assert set(true) <= {one.term for one in order}
+    assert all(one.ratio >= 0.0 for one in order)
+    assert sum(one.ratio for one in order) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_dependent_term_is_never_chosen() -> None:
+    rng = np.random.default_rng(0)
+    column = rng.standard_normal((100, 1))
+    order = ranked(np.hstack([column, 2.0 * column, column**2]), column[:, 0], [(0,), (1,), (2,)], 3)
+    assert [one.term for one in order] in ([(0,), (2,)], [(1,), (2,)])
+
+
+def test_a_free_run_is_stable_and_as_good_as_was_said_beforehand() -> None:
+    (shown,) = found().shown.values()
+    assert abs(shown - found().predicted) < 3.0
+    assert shown > 50.0  # no polynomial of a few terms is a friction
+    assert found().stable
+    assert len(model().names()) == len(model().terms)
+
+
+@given(
+    st.lists(st.sampled_from([math.nan, math.inf, 1e300, -1e300, 0.0, 1.0, -3.0]), min_size=50, max_size=50),
+)
+@settings(max_examples=40, deadline=None)
+def test_the_force_is_finite_and_bounded_whatever_the_input(values: list[float]) -> None:
+    motion = motion_of(hysteretic(2, 800)).head(250)
+    motion.v[:] = np.repeat(values, 5)
+    force, scale = model().force(motion), model().scales["force"]
+    margin = MARGIN * (scale.high - scale.low) * (1.0 + 1e-9)
+    assert np.all((force >= scale.low - margin) & (force <= scale.high + margin))
+
+
+def test_a_polynomial_comes_back_from_its_file_as_it_was(tmp_path: Path) -> None:
+    path = tmp_path / "polynomial.json"
+    write_identified(path, model())
+    again = load_model(path)
+    assert isinstance(again, PolynomialNarx)
+    motion = motion_of(hysteretic(2, 800))
+    assert np.array_equal(again.force(motion), model().force(motion))
+    assert list(again.names()) == list(model().names())
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"terms": []}, "terms must be a list of 1 … 1000 terms"),
+        ({"terms": [{"term": ["F9"], "coefficient": 1.0}]}, r"terms\[0\]\.term: 'F9' is none of F1 v0 v1"),
+        ({"terms": [{"term": ["v0"] * 5, "coefficient": 1.0}]}, "it must be up to 4 numbers"),
+        ({"terms": [{"term": ["v0"], "coefficient": "x"}]}, r"terms\[0\]\.coefficient is 'x'"),
+        ({"regressors": ["F1", "M0"]}, "is missing, or not for a polynomial"),
+        ({"signals": {}}, r"signals\.\w+ is missing"),
+    ],
+)
+def test_a_broken_file_is_refused_with_the_place(change: dict[str, Any], message: str, tmp_path: Path) -> None:
+    path = tmp_path / "broken.json"
+    path.write_text(json.dumps(polynomial_to_json(model()) | change))
+    with pytest.raises(ModelFileError, match=message):
+        load_model(path)

@@ -1,0 +1,106 @@
+"""The selection of regressors by the error in free run: its path, its resumption, and what each signal is worth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identification.blackbox.network import network
+from identification.blackbox.preparation import course_of
+from identification.blackbox.samples import Course, samples_of
+from identification.blackbox.selection import Known, Step, Tried, candidates, inherited, select, without_each
+from identification.blackbox.selectionfile import read_selection, write_selection
+from identification.blackbox.structure import Structure, regressors
+from identification.blackbox.training import scales_of
+from identification.errors import DataError
+from tests.identification.hysteretic import hysteretic
+
+START = Structure(regressors("F1"), 4)
+OFFERED = candidates("Fxv", 1)
+
+
+@pytest.fixture(scope="module")
+def course() -> Course:
+    """A force F(t) = 0.7·F(t − 1) + tanh 2v(t − 1), scaled by 100 N: it needs F1 and v1 and nothing else."""
+    one = course_of(hysteretic(1, 700), ())
+    force = np.zeros(one.force.size)
+    speed = one.motion.v / np.std(one.motion.v)
+    for k in range(1, force.size):
+        force[k] = 0.7 * force[k - 1] + 100.0 * np.tanh(2.0 * speed[k - 1])
+    return replace(one, force=force)
+
+
+@pytest.fixture(scope="module")
+def path(course: Course) -> tuple[list[Step], list[Known]]:
+    told: list[Known] = []
+    scales = scales_of([course], ["displacement", "velocity"])
+    steps = select([course], scales, START, OFFERED, on_step=lambda step, known: told.append(dict(known)))
+    return steps, told
+
+
+def test_what_the_force_depends_on_is_found_and_the_error_falls_with_every_step(
+    path: tuple[list[Step], list[Known]],
+) -> None:
+    steps, _ = path
+    assert steps[0].act == "start"
+    assert {"F1", "v1"} <= {str(one) for one in steps[-1].tried.structure.regressors}
+    errors = [step.tried.error for step in steps]
+    assert all(after <= before for before, after in pairwise(errors))
+    assert steps[-1].tried.rrmsse < 3.0
+
+
+def test_an_interrupted_search_goes_on_where_it_was_and_ends_at_the_same(
+    course: Course, path: tuple[list[Step], list[Known]]
+) -> None:
+    steps, told = path
+    scales = scales_of([course], ["displacement", "velocity"])
+    counted: list[int] = []
+    again = select(
+        [course], scales, START, OFFERED, known=told[-1], on_step=lambda step, known: counted.append(len(known))
+    )
+    assert [step.act for step in again] == [step.act for step in steps]
+    assert np.array_equal(again[-1].tried.weights, steps[-1].tried.weights)
+    assert counted[0] == len(told[-1])
+
+
+def test_a_search_is_kept_in_a_file_of_its_own_runs(
+    course: Course, path: tuple[list[Step], list[Known]], tmp_path: Path
+) -> None:
+    steps, told = path
+    file = tmp_path / "search.json"
+    assert read_selection(file, [course]) == {}
+    write_selection(file, [course], steps, told[-1])
+    again = read_selection(file, [course])
+    assert again.keys() == told[-1].keys()
+    assert all(np.array_equal(one.weights, again[name].weights) for name, one in told[-1].items())
+    with pytest.raises(DataError, match=r"search\.json: it belongs to other runs"):
+        read_selection(file, [replace(course, force=2.0 * course.force)])
+    file.write_text("{")
+    with pytest.raises(DataError, match=r"search\.json: "):
+        read_selection(file, [course])
+
+
+def test_a_structure_that_grew_begins_as_good_as_its_parent(course: Course) -> None:
+    scales = scales_of([course], ["displacement", "velocity"])
+    parent_of = Structure(regressors("F1 v1"), 4)
+    weights = 0.2 * np.random.default_rng(1).standard_normal(parent_of.size)
+    grown = parent_of.with_regressor(regressors("v0")[0])
+    old = network(parent_of, scales).simulate(weights, samples_of([course], parent_of, scales))
+    new = network(grown, scales).simulate(
+        inherited(grown, Tried(parent_of, 1.0, weights)), samples_of([course], grown, scales)
+    )
+    assert np.allclose(old, new, atol=1e-12)
+
+
+def test_without_the_signal_that_matters_the_error_is_far_higher(
+    course: Course, path: tuple[list[Step], list[Known]]
+) -> None:
+    found = path[0][-1].tried
+    scales = scales_of([course], ["displacement", "velocity"])
+    left = without_each(found, [course], scales, symbols="Fv")
+    assert left["v"].rrmsse > 5.0 * found.rrmsse
+    assert left["F"].rrmsse > found.rrmsse
