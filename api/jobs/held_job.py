@@ -72,12 +72,19 @@ class HeldJob:
             set_job(connection, self.job.id, phase=phase, done=done)
             return connection.scalar(select(jobs.c.cancel_reason).where(jobs.c.id == self.job.id))
 
-    def end(self, state: JobState, reason: str = "", *, result: Mapping[str, Any] | None = None) -> None:
-        """Store how it ended. Any: JSON."""
+    def end(self, state: JobState, reason: str = "", *, result: Mapping[str, Any] | None = None) -> JobState:
+        """Store how it ended, and return it: cancelled, whatever came of it, where a cancellation was accepted before.
+
+        Any: JSON.
+        """
         with writing_as_holder(self._database, self.lease) as connection:
+            asked = connection.scalar(select(jobs.c.cancel_reason).where(jobs.c.id == self.job.id).with_for_update())
+            if asked is not None:
+                state, reason, result = JobState.CANCELLED, asked, None
             set_job(connection, self.job.id, result=dict(result or {}))
             end_job(connection, self.job.id, state, reason)
             release(connection, self.lease)
+        return state
 
     def give_back(self) -> None:
         """Return it to the queue, so that this service or another starts it again."""

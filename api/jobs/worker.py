@@ -101,8 +101,7 @@ class JobWorker:
         elif answer.failure:
             held.end(JobState.FAILED, answer.failure)
         else:
-            held.end(JobState.DONE, result=answer.result)
-            return True
+            return held.end(JobState.DONE, result=answer.result) is JobState.DONE
         return False
 
     def _follow(self, held: HeldJob, process: JobProcess) -> str | None:

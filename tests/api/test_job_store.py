@@ -74,6 +74,18 @@ def test_progress_is_written_down_and_answered_with_what_was_asked(database: Dat
     assert jobs.cancel(job.id, "again").reason == "enough"
 
 
+@pytest.mark.parametrize("state", [JobState.DONE, JobState.FAILED])
+def test_an_accepted_cancellation_holds_where_the_work_came_to_its_end_first(
+    database: Database, jobs: JobStore, state: JobState
+) -> None:
+    job = accept(jobs)
+    held = taken(database)
+    jobs.cancel(job.id, "enough")
+    assert held.end(state, "too late", result={"verdict": "explained"}) is JobState.CANCELLED
+    assert (jobs.one(job.id).state, jobs.one(job.id).reason) == (JobState.CANCELLED, "enough")
+    assert not jobs.one(job.id).has_files
+
+
 def test_a_job_that_waits_is_cancelled_at_once_and_one_that_has_ended_no_more(
     database: Database, jobs: JobStore
 ) -> None:

@@ -260,7 +260,8 @@ def test_a_crash_of_the_reading_process_is_a_refusal(good: Path) -> None:
         spare = reading_process()
         os.kill(spare, signal.SIGSTOP)
         reading = asyncio.create_task(reader.read(good, "a.h5"))
-        await asyncio.sleep(0)
+        while reading_process() == spare:  # until the spare one is taken, and another one waits in its place
+            await asyncio.sleep(0)
         os.kill(spare, signal.SIGSEGV)
         os.kill(spare, signal.SIGCONT)
         with pytest.raises(RunFileError, match="SIGSEGV"):
