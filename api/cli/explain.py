@@ -14,7 +14,6 @@ from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
 
 if TYPE_CHECKING:
     from identification.discrepancy.explanation import Explanation
-    from rigctl.runfile import Run
 
 __all__ = ["explain", "report_lines"]
 
@@ -66,20 +65,20 @@ def explain(
     with chosen(os.environ), progress_bar("explaining") as tell:
         found = explain_gap(base, measured, kept or None, on_progress=lambda text, done: tell(done, text))
     warn([*measured, *kept])  # only now: a refusal is one line
-    _ask(found, [*measured, *kept])
+    _ask(found)
     options = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "--fmu-output": [fmu_output]}
     write_report(found, output, reproduce=_command([model, *(runs or [])], options, output, simulated=simulated))
     report = report_data(found)
     answer("\n".join([*report_lines(report), str(output / "report.html")]), report, as_json=as_json)
 
 
-def _ask(found: Explanation, runs: Sequence[Run]) -> None:
+def _ask(found: Explanation) -> None:
     """Questions about the input that the result raises."""
     from api.cli.terminal import ask
-    from identification.fitting import far_from_force, moved_far
+    from identification.discrepancy import far_as_given
+    from identification.fitting import moved_far
 
-    gap = max(found.train.as_given, found.held_out.as_given)
-    ask([*far_from_force(gap, runs), *moved_far(found.given, found.base.model)])
+    ask([*far_as_given(found.traces), *moved_far(found.given, found.base.model)])
 
 
 def _command(
