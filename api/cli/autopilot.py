@@ -39,7 +39,6 @@ def autopilot(
     """
     from api.campaigns.autopilot import autopilot as run_autopilot
     from api.cli.envelopes import envelopes_for
-    from api.cli.explain import report_lines
     from api.cli.person import Terminal
     from api.cli.start import ask_to_start
     from api.cli.terminal import answer, progress_bar

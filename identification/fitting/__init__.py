@@ -2,6 +2,7 @@
 
 from identification.fitting.advice import warnings
 from identification.fitting.base import simple_base
+from identification.fitting.described import Intervals, fit_data, fit_text
 from identification.fitting.fit import fit
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.multistart import ManyFits, fit_from_many
@@ -10,12 +11,15 @@ from identification.fitting.questions import far_from_force, moved_far
 
 __all__ = [
     "Fit",
+    "Intervals",
     "ManyFits",
     "Profile",
     "far_from_force",
     "fit",
+    "fit_data",
     "fit_from_many",
     "fit_records",
+    "fit_text",
     "moved_far",
     "profile",
     "simple_base",
