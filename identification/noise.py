@@ -25,6 +25,8 @@ _TAPS = 5.0  # of a Blackman filter, times the width of its band over half the s
 _LEAST_LENGTHS = 4.0  # of that filter in a record, for a median over time
 _CHI2_MEDIAN = 0.4549  # median of the square of a normal deviate
 _FILTERED = 1.6  # from one band to the next: what a motion makes falls by f⁻⁴ at most, 1.14 there; a filter by more
+_DIGITS = 1e-12  # of the highest value: steps of the numbers themselves
+_WHOLE = 0.02  # of a step
 
 
 def between_periods(periods: Floats) -> tuple[float, list[float]]:
@@ -142,6 +144,7 @@ def high_frequency(signal: Floats) -> tuple[float, float]:
     White noise of the level at the highest frequencies that were let through, and at all lower ones down to where more
     than noise is seen. Lines far above it do not count. Impacts and reversals of friction reach these frequencies too,
     but only for some samples each: where the median over time is lower, that is the noise (Donoho and Johnstone 1994).
+    Rounding to the steps of a converter is noise as well, of at least a twelfth of their square (Widrow 1956).
     """
     window = np.hanning(signal.size)
     power = np.abs(np.fft.rfft((signal - signal.mean()) * window)) ** 2 / float(window @ window)
@@ -155,7 +158,8 @@ def high_frequency(signal: Floats) -> tuple[float, float]:
     noise = np.concatenate(bands[top:])
     kept = noise[noise <= _LINE_MEDIANS * level]
     quiet = _between_events(signal, highest / len(every), len(bands) / len(every))
-    return min(float(np.sqrt(np.mean(kept) / _KEPT)), quiet), noise.size / power.size
+    spectral = float(np.sqrt(np.mean(kept) / _KEPT))
+    return max(min(spectral, quiet), step_of(signal) / float(np.sqrt(12.0))), noise.size / power.size
 
 
 def _between_events(signal: Floats, low: float, high: float) -> float:
@@ -170,6 +174,15 @@ def _between_events(signal: Floats, low: float, high: float) -> float:
     kernel = firwin(taps, edges, window="blackman", pass_zero=False)
     passed = fftconvolve(signal - signal.mean(), kernel, mode="valid")
     return float(np.sqrt(np.median(passed**2) / (_CHI2_MEDIAN * np.sum(kernel**2))))
+
+
+def step_of(signal: Floats) -> float:
+    """The step of a channel whose values are all whole multiples of it apart, in its unit; 0 where there is none."""
+    apart = np.diff(np.unique(signal))
+    step = float(np.min(apart, initial=np.inf))
+    if not _DIGITS * float(np.max(np.abs(signal))) < step < np.inf:
+        return 0.0
+    return step if float(np.max(np.abs(apart / step - np.rint(apart / step)))) < _WHOLE else 0.0
 
 
 def below_filter(power: Floats) -> Floats:

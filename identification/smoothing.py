@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, binary_propagation, percentile_filter
 
 from identification.derivatives import Kinematics, draw, rounding_of
-from identification.noise import below_filter
+from identification.noise import below_filter, step_of
 
 Floats = NDArray[np.float64]
 
@@ -25,8 +25,6 @@ _SKIRT_POWER = 4.0  # beside a line: what is lower is as much noise as motion
 _LOWEST = 2  # lines that are always kept: the mean travel is no noise
 _BLURRED = 2.0  # times its variance between lines: rounding that noise makes white
 _END_ANGLE = 2.0  # rad of the motion: there a parabola of fourth degree knows the curvature of its end to 7 %
-_DIGITS = 1e-12  # of the highest value: steps of the numbers themselves
-_WHOLE = 0.02  # of a step
 _SHORTEST_END = 8  # samples
 _BENDING = 3.0  # times that stretch the bending reaches
 _CURVED = 4.0  # times its variance: a curvature of an end that is known
@@ -132,7 +130,7 @@ def _noises_of(x: Floats) -> list[_Noise]:
     Rounding that noise does not blur makes lines of a simple motion, each of less power than all of the rounding.
     """
     power, deep = _power(x, np.hanning(x.size)), _power(x, np.kaiser(x.size, _DEEP))
-    rounding = max(_step(x) ** 2 / 12.0, rounding_of(x))
+    rounding = max(step_of(x) ** 2 / 12.0, rounding_of(x))
     white = max(float(np.median(below_filter(power))) / np.log(2.0), rounding)
     width = max(_LEAST_NEIGHBOURS, power.size // 100 | 1)
     sharp, low = (percentile_filter(p, 25, size=w, mode="mirror") for p, w in ((power, width), (deep, 3 * width)))
@@ -146,15 +144,6 @@ def _noises_of(x: Floats) -> list[_Noise]:
     if lost > _BETWEEN_LINES * float(np.sum(shown * speed)):
         return above
     return [*above, _Noise(between, between_lines=True, least=least)]
-
-
-def _step(x: Floats) -> float:
-    """The step of a channel whose values are all whole multiples of it apart; 0 where there is none."""
-    apart = np.diff(np.unique(x))
-    step = float(np.min(apart, initial=np.inf))
-    if not _DIGITS * float(np.max(np.abs(x))) < step < np.inf:
-        return 0.0
-    return step if float(np.max(np.abs(apart / step - np.rint(apart / step)))) < _WHOLE else 0.0
 
 
 def _power(x: Floats, window: Floats) -> Floats:

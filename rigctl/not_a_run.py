@@ -5,13 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
+from rigctl.foreign_endings import ENDINGS
+
 __all__ = ["not_a_run"]
 
 _SIGNATURE: Final = b"\x89HDF\r\n\x1a\n"
-_MEASURED: Final = (
-    *(".csv", ".txt", ".tsv", ".dat", ".asc", ".xlsx", ".xlsm", ".mat", ".rsp", ".drv", ".rpc", ".uff", ".unv"),
-    *(".mf4", ".mdf", ".tdms", ".parquet"),
-)
 
 
 def not_a_run(path: Path) -> str:
@@ -25,7 +23,7 @@ def not_a_run(path: Path) -> str:
     if start.startswith(_SIGNATURE):
         return ""
     ending = path.suffix.casefold()
-    if ending in _MEASURED:
+    if ending in ENDINGS:
         made = path.with_suffix(".h5").name
         return f"{path}: not a run file: make one of it with 'damper-rig import {path.name} -o {made}'"
     if ending == ".toml":

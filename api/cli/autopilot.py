@@ -45,6 +45,7 @@ def autopilot(
     from identification.compute import chosen
     from identification.discrepancy import explain, report_data, write_report
     from identification.physical.modelfile import read_model
+    from identification.report import report_lines
     from rigctl.player import PlayerSettings, connect, play
     from rigctl.runfile import read_run
 

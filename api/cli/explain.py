@@ -56,7 +56,7 @@ def explain(
     with chosen(os.environ), progress_bar("explaining") as tell:
         found = explain_any(given, measured, kept or None, on_progress=tell)
     warn([*measured, *kept])  # only now: a refusal is one line
-    ask(questions(found, [*measured, *kept]))
+    ask(questions(found))
     options = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "--fmu-output": [fmu_output]}
     write_report(found, output, reproduce=_command([model, *(runs or [])], options, output, simulated=simulated))
     report = report_data(found)

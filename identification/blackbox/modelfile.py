@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.blackbox.fields import (
+    facts_in,
+    facts_to_json,
+    head_to_json,
+    interval_in,
+    names_in,
+    number_in,
+    object_in,
+)
 from identification.blackbox.model import BlackBox, Member
 from identification.blackbox.scaling import Scale, Scales
 from identification.blackbox.structure import FORCE, MODEL, Structure, regressors
 from identification.errors import ModelError
-from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, kind_of, type_of
+from identification.models.modelfile import Json, kind_of
 from identification.models.protocol import SIGNALS
 
 Floats = NDArray[np.float64]
@@ -35,33 +41,25 @@ def blackbox_from_json(data: Json) -> BlackBox:
     members = data.get("members")
     if not isinstance(members, list) or not 1 <= len(members) <= MOST_MEMBERS:
         raise ModelError(f"members must be a list of 1 … {MOST_MEMBERS} networks")
-    rate = number_in("sample_rate", data.get("sample_rate"))
-    if not rate > 0.0:
-        raise ModelError(f"sample_rate is {rate:g} Hz: it must be above 0")
-    facts = object_in("facts", data.get("facts", {}))
     return BlackBox(
         name=data.get("name", ""),
         kind=kind,
-        dt=1.0 / rate,
+        dt=interval_in(data),
         scales=scales_from_json(data.get("signals")),
         members=tuple(member_from_json(f"members[{k}]", one) for k, one in enumerate(members)),
         measured=tuple(names_in("measured", data.get("measured", []))),
-        facts={name: number_in(f"facts.{name}", value) for name, value in facts.items() if value is not None},
+        facts=facts_in(data),
     )
 
 
 def blackbox_to_json(model: BlackBox) -> dict[str, Json]:
     """The model as JSON data."""
     return {
-        "format": FORMAT,
-        "format_version": FORMAT_VERSION,
-        "name": model.name,
-        "kind": model.kind,
-        "sample_rate": 1.0 / model.dt,
+        **head_to_json(model),
         "signals": scales_to_json(model.scales),
         "measured": list(model.measured),
         "members": [member_to_json(member) for member in model.members],
-        "facts": {name: value if math.isfinite(value) else None for name, value in model.facts.items()},
+        "facts": facts_to_json(model),
     }
 
 
@@ -123,27 +121,6 @@ def _scale(where: str, data: Json) -> Scale:
     except ModelError as error:
         text = str(error)
         raise ModelError(text if text.startswith(where) else f"{where}: {text}") from error
-
-
-def names_in(where: str, raw: Json) -> list[str]:
-    """The names at a place of a file; raises ModelError."""
-    if not isinstance(raw, list) or not all(isinstance(name, str) for name in raw):
-        raise ModelError(f"{where} must be a list of names")
-    return raw
-
-
-def object_in(where: str, data: Json) -> Mapping[str, Json]:
-    """The object at a place of a file; raises ModelError."""
-    if not isinstance(data, Mapping):
-        raise ModelError(f"{where} is {'missing' if data is None else type_of(data)}: it must be an object")
-    return data
-
-
-def number_in(where: str, raw: Json) -> float:
-    """The finite number at a place of a file; raises ModelError."""
-    if isinstance(raw, bool) or not isinstance(raw, int | float) or not math.isfinite(raw):
-        raise ModelError(f"{where} is {raw!r}: it must be a finite number")
-    return float(raw)
 
 
 def _numbers(where: str, raw: Json, count: int | None) -> Floats:

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from excitation.untrusted import parse_json
+from identification.blackbox.fields import number_in, object_in
 from identification.blackbox.model import Member
-from identification.blackbox.modelfile import member_from_json, member_to_json, number_in, object_in
+from identification.blackbox.modelfile import member_from_json, member_to_json
 from identification.blackbox.samples import Course
 from identification.blackbox.selection import Known, Step, Tried
 from identification.errors import DataError, ModelError

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 
 from identification.discrepancy.explain import explain
 from identification.discrepancy.explanation import Explanation
-from identification.fitting.questions import far_from_force, moved_far
+from identification.discrepancy.notes import far_as_given
+from identification.fitting.questions import moved_far
 from identification.models.protocol import SimulationModel
 from identification.models.simulation import with_simulation
 from identification.physical.model import Model
@@ -43,7 +44,6 @@ def explain_any(
     return explain(base, measured, kept or None, on_progress=lambda text, done: tell(done, text))
 
 
-def questions(found: Explanation, runs: Sequence[Run]) -> list[str]:
+def questions(found: Explanation) -> list[str]:
     """Questions about the input that the result raises."""
-    gap = max(found.train.as_given, found.held_out.as_given)
-    return [*far_from_force(gap, runs), *moved_far(found.given, found.base.model)]
+    return [*far_as_given(found.traces), *moved_far(found.given, found.base.model)]

@@ -7,14 +7,13 @@ from identification.fitting.fit import fit
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.multistart import ManyFits, fit_from_many
 from identification.fitting.profile import Profile, profile
-from identification.fitting.questions import far_from_force, moved_far
+from identification.fitting.questions import moved_far
 
 __all__ = [
     "Fit",
     "Intervals",
     "ManyFits",
     "Profile",
-    "far_from_force",
     "fit",
     "fit_data",
     "fit_from_many",

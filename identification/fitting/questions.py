@@ -1,16 +1,13 @@
-"""Questions that a result raises about its input: parameters that moved far, and a simulation worse than none."""
+"""Questions that a fit raises about its input: parameters that moved far."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Final
 
-import numpy as np
-
 from identification.physical.model import Model
-from rigctl.runfile import Run
 
-__all__ = ["far_from_force", "moved_far"]
+__all__ = ["moved_far"]
 
 # Times: values are known better than that. Half: fits from guessed starts are asked about; double: 25.4 is still seen.
 FAR: Final = 10.0
@@ -41,15 +38,3 @@ def _unit_words(ratios: Sequence[float]) -> str:
     if any(low < fold < high for fold in folds for low, high in _UNIT[:1]):
         return " A factor of 1000 is millimetres stored as metres, or newtons as kilonewtons"
     return " A factor of 25.4 is inches" if any(low < fold < high for fold in folds for low, high in _UNIT[1:]) else ""
-
-
-def far_from_force(gap_n: float, runs: Sequence[Run]) -> list[str]:
-    """A question where a simulation differs from the measured force by more than no simulation at all would."""
-    force = np.concatenate([run.channels["force"] for run in runs if "force" in run.channels] or [np.zeros(1)])
-    size = float(np.std(force))
-    if size == 0.0 or gap_n <= size:
-        return []
-    return [
-        f"as given, the simulation is {gap_n:.4g} N rms from the measured force, which itself varies by only "
-        f"{size:.4g} N rms: are the units and signs of both the same?"
-    ]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Final
+
+from rigctl.foreign_endings import ENDINGS
 
 __all__ = ["not_a_model"]
-
-_TABLES: Final = (".csv", ".txt", ".tsv", ".xlsx", ".mat", ".rsp", ".drv", ".uff", ".mf4", ".tdms", ".parquet")
 
 
 def not_a_model(path: Path) -> str:
@@ -22,7 +21,7 @@ def not_a_model(path: Path) -> str:
             return f"{path}: an HDF5 file where a model is due: the model stands first, and the runs after it"
     if ending == ".toml":
         return f"{path}: a TOML file where a model is due: a design or a plan is no model; models are JSON"
-    if ending in _TABLES:
+    if ending in ENDINGS:
         return (
             f"{path}: measured data where a model is due: 'damper-rig import' makes a run of it; the model stands first"
         )

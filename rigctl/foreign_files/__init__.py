@@ -1,10 +1,10 @@
 """Files of other programs as run files: what is not stated is guessed and shown, and everything is checked."""
 
+from rigctl.foreign_endings import ENDINGS
 from rigctl.foreign_files.choice import CHANNELS, Choice, ColumnChoice, choice_from, column_choice
 from rigctl.foreign_files.files import import_file
 from rigctl.foreign_files.imported import ColumnTaken, Imported
 from rigctl.foreign_files.mapping import Mapping, Rule, read_mapping
-from rigctl.foreign_files.read import ENDINGS
 
 __all__ = [
     "CHANNELS",

@@ -8,6 +8,7 @@ from typing import Final
 
 from excitation.untrusted import bounded_memory
 from rigctl.errors import ForeignFileError
+from rigctl.foreign_endings import WORKBOOKS
 from rigctl.foreign_files.choice import Choice
 from rigctl.foreign_files.matlab_file import read_matlab
 from rigctl.foreign_files.recorder_files import read_mdf, read_parquet, read_tdms, read_uff
@@ -16,11 +17,11 @@ from rigctl.foreign_files.table import Table
 from rigctl.foreign_files.text_file import read_text
 from rigctl.foreign_files.workbook import read_workbook
 
-__all__ = ["ENDINGS", "read_tables", "refusing"]
+__all__ = ["BINARY_READERS", "read_tables", "refusing"]
 
 Reader = Callable[[Path], tuple[Table, ...]]
 
-_BY_ENDING: Final[dict[str, Reader]] = {
+BINARY_READERS: Final[dict[str, Reader]] = {
     ".mat": read_matlab,
     ".rsp": read_rpc,
     ".drv": read_rpc,
@@ -35,8 +36,6 @@ _BY_ENDING: Final[dict[str, Reader]] = {
     ".parquet": read_parquet,
     ".pq": read_parquet,
 }
-_TEXT: Final = (".csv", ".txt", ".tsv", ".dat", ".asc", ".log", ".prn")
-ENDINGS: Final = (*_TEXT, ".xlsx", ".xlsm", *_BY_ENDING)
 _BY_FIRST_BYTES: Final[tuple[tuple[bytes, str], ...]] = (
     (b"PK\x03\x04", ".xlsx"),
     (b"MATLAB ", ".mat"),
@@ -67,10 +66,10 @@ def read_tables(path: Path, choice: Choice) -> tuple[Table, ...]:
         if size == 0:
             raise ForeignFileError("it is empty: give a file with a line for each sample")
         ending = _ending(path)
-        if ending in (".xlsx", ".xlsm"):
+        if ending in WORKBOOKS:
             return read_workbook(path, choice.text)
-        if ending in _BY_ENDING:
-            return _BY_ENDING[ending](path)
+        if ending in BINARY_READERS:
+            return BINARY_READERS[ending](path)
         return read_text(path, choice.text)
 
 

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rigctl.foreign_endings import BINARY, ENDINGS, TEXT, WORKBOOKS
 from rigctl.foreign_files import Choice, Imported, import_file
+from rigctl.foreign_files.read import BINARY_READERS
 from tests.foreign.dyno_files import BINARY_STYLES, FORCE_N, RATE_HZ, SAMPLES, TEMPERATURE, TEXT_STYLES, X_M
 
 
@@ -44,6 +46,11 @@ def test_a_binary_file_of_any_make_becomes_the_run(style: str, tmp_path: Path) -
     ending, write = BINARY_STYLES[style]
     write(tmp_path / f"a{ending}")
     is_the_run(the_one(tmp_path / f"a{ending}"), digits=5e-5)
+
+
+def test_every_ending_that_is_told_has_its_reader() -> None:
+    assert set(BINARY_READERS) == set(BINARY)
+    assert len(set(ENDINGS)) == len(ENDINGS) == len(TEXT) + len(WORKBOOKS) + len(BINARY)
 
 
 @pytest.mark.parametrize("style", BINARY_STYLES)

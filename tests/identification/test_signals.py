@@ -190,3 +190,13 @@ def test_the_noise_without_periods_is_that_of_the_sensor_whatever_filter_the_rec
     found = [high_frequency(signal[100:])[0] for signal in (force / np.sqrt(factor), linear, recursive)]
     assert max(found) < 1.5 * min(found)
     assert found == pytest.approx([2.0] * 3, rel=0.3)
+
+
+@pytest.mark.parametrize("gain", [0.2, 1.0, 7.0])
+def test_the_steps_of_a_converter_are_noise_too(gain: float) -> None:
+    rng = np.random.default_rng(8)
+    t = np.arange(20000) / 1000.0
+    force = gain * np.cumsum(rng.standard_normal(t.size)) / 1000.0 + 300.0 * gain * np.sin(2.0 * np.pi * 0.7 * t)
+    step = 3.0
+    noise, _ = high_frequency(step * np.rint(force / step))
+    assert step / np.sqrt(12.0) <= noise < 1.5 * step / np.sqrt(12.0)

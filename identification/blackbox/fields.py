@@ -1,0 +1,74 @@
+"""What every black box has in its model file, and the checks that each place of it needs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Protocol
+
+from identification.errors import ModelError
+from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, type_of
+
+
+class Learned(Protocol):
+    """A model that was learned at one sample rate, with facts of its training."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def kind(self) -> str: ...
+    @property
+    def dt(self) -> float: ...
+    @property
+    def facts(self) -> Mapping[str, float]: ...
+
+
+def head_to_json(model: Learned) -> dict[str, Json]:
+    """Format, name, kind and sample rate, as JSON data."""
+    return {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "name": model.name,
+        "kind": model.kind,
+        "sample_rate": 1.0 / model.dt,
+    }
+
+
+def interval_in(data: Json) -> float:
+    """The time between two samples, s, by the sample rate of the file; raises ModelError."""
+    rate = number_in("sample_rate", data.get("sample_rate"))
+    if not rate > 0.0:
+        raise ModelError(f"sample_rate is {rate:g} Hz: it must be above 0")
+    return 1.0 / rate
+
+
+def facts_to_json(model: Learned) -> dict[str, Json]:
+    """Facts of the training; null for what is not known."""
+    return {name: value if math.isfinite(value) else None for name, value in model.facts.items()}
+
+
+def facts_in(data: Json) -> dict[str, float]:
+    """The facts of the file that are known; raises ModelError."""
+    facts = object_in("facts", data.get("facts", {}))
+    return {name: number_in(f"facts.{name}", value) for name, value in facts.items() if value is not None}
+
+
+def names_in(where: str, raw: Json) -> list[str]:
+    """The names at a place of a file; raises ModelError."""
+    if not isinstance(raw, list) or not all(isinstance(name, str) for name in raw):
+        raise ModelError(f"{where} must be a list of names")
+    return raw
+
+
+def object_in(where: str, data: Json) -> Mapping[str, Json]:
+    """The object at a place of a file; raises ModelError."""
+    if not isinstance(data, Mapping):
+        raise ModelError(f"{where} is {'missing' if data is None else type_of(data)}: it must be an object")
+    return data
+
+
+def number_in(where: str, raw: Json) -> float:
+    """The finite number at a place of a file; raises ModelError."""
+    if isinstance(raw, bool) or not isinstance(raw, int | float) or not math.isfinite(raw):
+        raise ModelError(f"{where} is {raw!r}: it must be a finite number")
+    return float(raw)
