@@ -40,10 +40,9 @@ def fit(
     from api.cli.terminal import answer, ask, progress_bar, warn
     from identification.compute import chosen
     from identification.fitting import fit as fit_model
-    from identification.fitting import fit_data, fit_text, moved_far, profile
+    from identification.fitting import fit_data, fit_text, intervals_of, moved_far
     from identification.measured import read_runs
     from identification.physical.modelfile import read_model, write_model
-    from identification.record import record_from_run
 
     start = read_model(model)
     measured = read_runs(runs, once=True)
@@ -57,8 +56,7 @@ def fit(
             refine=refine,
             on_step=lambda step, cost: tell(1 - 0.8**step, f"fitting, step {step}"),
         )
-        records = [record_from_run(run) for run in measured] if profiled else []
-        intervals = {name: profile(result, records, name, robust=robust).interval for name in profiled or []}
+        intervals = intervals_of(result, measured, profiled or (), robust=robust)
     write_model(output, result.model)
     ask(moved_far(start, result.model))
     text = f"{output}: {fit_text(result, intervals)}"

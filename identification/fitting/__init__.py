@@ -6,7 +6,7 @@ from identification.fitting.described import Intervals, fit_data, fit_text
 from identification.fitting.fit import fit
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.multistart import ManyFits, fit_from_many
-from identification.fitting.profile import Profile, profile
+from identification.fitting.profile import Profile, intervals_of, profile
 from identification.fitting.questions import moved_far
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "fit_from_many",
     "fit_records",
     "fit_text",
+    "intervals_of",
     "moved_far",
     "profile",
     "simple_base",
