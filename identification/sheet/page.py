@@ -45,10 +45,10 @@ addEventListener("afterprint",()=>charts().forEach(c=>Plotly.relayout(c,{width:n
 def write_sheet(path: Path, sheet: Sheet) -> None:
     """Write the page, whole or not at all. Raises OutputError."""
     with written_whole(path, OutputError) as temporary:
-        temporary.write_text(page(sheet), encoding="utf-8")
+        temporary.write_text(html_of(sheet), encoding="utf-8")
 
 
-def page(sheet: Sheet) -> str:
+def html_of(sheet: Sheet) -> str:
     """The whole page."""
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8"><link rel="icon" href="data:,">'
