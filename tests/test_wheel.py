@@ -1,4 +1,4 @@
-"""The wheel, in a fresh environment outside of the working copy: it holds all it needs, and says when it is not whole."""
+"""The wheel, in a fresh environment outside of the working copy: it holds all it needs, and says when it is broken."""
 
 from __future__ import annotations
 
