@@ -15,7 +15,7 @@ from hatchling.builders.wheel import WheelBuilder
 from importlinter.cli import lint_imports
 
 ROOT = Path(__file__).parent.parent
-PACKAGES = ("api", "damper_rig", "excitation", "identification", "rigctl", "sim_rig")
+PACKAGES = ("api", "damper_rig", "damper_rig_start", "excitation", "identification", "rigctl", "sim_rig")
 
 
 def test_every_import_keeps_to_the_rules() -> None:
@@ -27,7 +27,7 @@ def test_every_import_keeps_to_the_rules() -> None:
         os.chdir(before)
 
 
-def test_the_wheel_holds_the_six_packages_and_nothing_else() -> None:
+def test_the_wheel_holds_the_seven_packages_and_nothing_else() -> None:
     files = [file.distribution_path for file in WheelBuilder(str(ROOT)).recurse_included_files()]
     assert {path.split("/")[0] for path in files} == set(PACKAGES)
     assert not [path for path in files if "test_" in path or "/tests/" in path]
