@@ -43,7 +43,7 @@ bench-peers: setup
 
 # Pins every dependency by name and hash, for every platform, and no address; needs `uv` on the PATH.
 lock:
-	uv pip compile pyproject.toml --extra postgresql --extra fmu --extra dask --extra dbc --extra canopen --extra files --group dev --universal --python-version 3.11 \
+	uv pip compile pyproject.toml --extra postgresql --extra fmu --extra dask --extra dbc --extra canopen --extra files --extra notebook --group dev --group docs --universal --python-version 3.11 \
 	  --generate-hashes --no-annotate --no-header --no-emit-index-url --no-emit-find-links --output-file requirements/lock.txt
 
 clean:

@@ -26,6 +26,7 @@ from excitation.synthesis import excitation_from_config
 __all__ = [
     "coverage_map",
     "distribution_plot",
+    "figures",
     "force_velocity_reach",
     "plan_overview",
     "service_chart",
@@ -51,29 +52,35 @@ def write_plots(
     Raises ExcitationFileError where the place cannot be written.
     """
     path = Path(path)
-    if isinstance(made, TestPlan):
-        figures = [plan_overview(made, envelope)]
-    else:
-        figures = _of_excitation(made, envelope, force_model)
+    drawn = figures(made, envelope, force_model)
     with written_whole(path, ExcitationFileError) as temporary:
-        temporary.write_text(_page(path.stem, figures), encoding="utf-8")
+        temporary.write_text(_page(path.stem, drawn), encoding="utf-8")
+
+
+def figures(
+    made: Excitation | TestPlan, envelope: Envelope | None = None, force_model: ForceModel | None = None
+) -> list[go.Figure]:
+    """Every chart that applies."""
+    if isinstance(made, TestPlan):
+        return [plan_overview(made, envelope)]
+    return _of_excitation(made, envelope, force_model)
 
 
 def _of_excitation(
     excitation: Excitation, envelope: Envelope | None, force_model: ForceModel | None
 ) -> list[go.Figure]:
     moved = motion(excitation)
-    figures = [signals_plot(moved), spectrum_plot(moved), distribution_plot(moved), stroke_velocity_plot(moved)]
+    drawn = [signals_plot(moved), spectrum_plot(moved), distribution_plot(moved), stroke_velocity_plot(moved)]
     if moved.current_a is not None and np.ptp(moved.current_a) > 0:
-        figures.append(coverage_map(moved, _grid(excitation)))
+        drawn.append(coverage_map(moved, _grid(excitation)))
         before = _before(excitation)
         if before is not None:
-            figures.append(coverage_map(before, _grid(excitation), " before, with random phases"))
+            drawn.append(coverage_map(before, _grid(excitation), " before, with random phases"))
     if "service_outline" in excitation.figures:
-        figures.append(service_chart(excitation))
+        drawn.append(service_chart(excitation))
     if force_model is not None or (envelope is not None and envelope.specimen is not None):
-        figures.append(force_velocity_reach(moved, envelope, force_model))
-    return figures
+        drawn.append(force_velocity_reach(moved, envelope, force_model))
+    return drawn
 
 
 def _grid(excitation: Excitation) -> tuple[int, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
 Kind = Literal["polarity", "clipping", "frozen", "skew", "drift", "aliasing", "period", "magnitude"]
 
 UNITS: Final = {"displacement": "m", "force": "N", "current": "A"}
+_IMPORTED = 300_000  # samples of an imported run that are looked at: 5 min at 1 kHz
 _AGAINST = -0.3  # correlation of force and velocity below which a damper would drive the rig
 _FLAT_SAMPLES = 4  # equal samples at an extreme that are clipping
 _STEEP = 6.0  # … if the sample before was this many resolutions away
@@ -55,6 +56,13 @@ def check_run(run: Run) -> tuple[Finding, ...]:
 def findings_in(runs: Sequence[Run]) -> list[str]:
     """A line for every finding in the runs, with the name of the run."""
     return [f"{run.path.name if run.path else run.run_id}: {finding}" for run in runs for finding in check_run(run)]
+
+
+def findings_of_import(run: Run) -> tuple[Finding, ...]:
+    """The findings in the first samples of an imported run, without the magnitudes, which its import tells."""
+    if run.samples > _IMPORTED:
+        run = replace(run, channels={name: values[:_IMPORTED] for name, values in run.channels.items()})
+    return tuple(found for found in check_run(run) if found.kind != "magnitude")
 
 
 def _polarity(run: Run) -> Iterator[Finding]:

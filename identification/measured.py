@@ -10,7 +10,7 @@ from identification.errors import DataError
 from rigctl.magnitudes import doubts_of
 from rigctl.runfile import Run, read_run
 
-__all__ = ["read_runs"]
+__all__ = ["check_runs", "read_runs"]
 
 
 def read_runs(paths: Iterable[Path], *, once: bool = False) -> list[Run]:
@@ -24,13 +24,18 @@ def read_runs(paths: Iterable[Path], *, once: bool = False) -> list[Run]:
         One line, where a run holds what no machine does, or where two hold the same measurement.
     """
     runs = [read_run(path) for path in paths]
+    check_runs(runs, once=once)
+    return runs
+
+
+def check_runs(runs: Sequence[Run], *, once: bool = False) -> None:
+    """Raise DataError, one line, where a run holds what no machine does, or, with `once`, where two are the same."""
     for run in runs:
         for doubt in doubts_of(run):
             if doubt.impossible:
                 raise DataError(f"{_label(run)}: {doubt.channel}: {doubt.text}")
     if once:
         _refuse_doubled(runs)
-    return runs
 
 
 def _refuse_doubled(runs: Sequence[Run]) -> None:

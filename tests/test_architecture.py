@@ -15,7 +15,7 @@ from hatchling.builders.wheel import WheelBuilder
 from importlinter.cli import lint_imports
 
 ROOT = Path(__file__).parent.parent
-PACKAGES = ("api", "excitation", "identification", "rigctl", "sim_rig")
+PACKAGES = ("api", "damper_rig", "damper_rig_start", "excitation", "identification", "rigctl", "sim_rig")
 
 
 def test_every_import_keeps_to_the_rules() -> None:
@@ -27,7 +27,7 @@ def test_every_import_keeps_to_the_rules() -> None:
         os.chdir(before)
 
 
-def test_the_wheel_holds_the_five_packages_and_nothing_else() -> None:
+def test_the_wheel_holds_the_seven_packages_and_nothing_else() -> None:
     files = [file.distribution_path for file in WheelBuilder(str(ROOT)).recurse_included_files()]
     assert {path.split("/")[0] for path in files} == set(PACKAGES)
     assert not [path for path in files if "test_" in path or "/tests/" in path]
@@ -55,6 +55,13 @@ def test_the_distribution_cannot_be_uploaded_by_accident() -> None:
 def test_help_loads_none_of_the_heavy_libraries() -> None:
     heavy = ("numpy", "numba", "scipy", "h5py", "fastapi", "sqlalchemy", "pydantic", "plotly")
     code = f"import sys, api.cli.main; print([m for m in {heavy} if m in sys.modules])"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert said.stdout.strip() == "[]"
+
+
+def test_a_notebook_loads_no_service_and_no_library_that_it_does_not_use() -> None:
+    absent = ("api", "fastapi", "sqlalchemy", "pandas", "xarray", "IPython")
+    code = f"import sys, damper_rig; print([m for m in {absent} if m in sys.modules])"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     assert said.stdout.strip() == "[]"
 

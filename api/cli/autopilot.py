@@ -39,13 +39,13 @@ def autopilot(
     """
     from api.campaigns.autopilot import autopilot as run_autopilot
     from api.cli.envelopes import envelopes_for
-    from api.cli.explain import report_lines
     from api.cli.person import Terminal
     from api.cli.start import ask_to_start
     from api.cli.terminal import answer, progress_bar
     from identification.compute import chosen
     from identification.discrepancy import explain, report_data, write_report
     from identification.physical.modelfile import read_model
+    from identification.report import report_lines
     from rigctl.player import PlayerSettings, connect, play
     from rigctl.runfile import read_run
 

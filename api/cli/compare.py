@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
-
-if TYPE_CHECKING:
-    from identification.models import Comparison
 
 __all__ = ["compare"]
 
@@ -35,7 +32,7 @@ def compare(
     from api.errors import InputError
     from identification.measured import read_runs
     from identification.models import compare as compared
-    from identification.models import comparison_data, load_model
+    from identification.models import comparison_data, comparison_text, load_model
     from identification.models.comparison_page import write_comparison
 
     if output.suffix != ".html":
@@ -47,23 +44,10 @@ def compare(
     with progress_bar("comparing") as tell:
         found = compared(loaded, measured, labels=_labels(models), on_progress=tell)
     write_comparison(output, found)
-    answer(_text(output, found), comparison_data(found) | {"file": str(output)}, as_json=as_json)
+    answer(f"{comparison_text(found)}\n{output}", comparison_data(found) | {"file": str(output)}, as_json=as_json)
 
 
 def _labels(paths: list[Path]) -> list[str]:
     """Names of the files; with their folders where two have the same name."""
     names = [path.name for path in paths]
     return [path.name if names.count(path.name) == 1 else str(path) for path in paths]
-
-
-def _text(output: Path, found: Comparison) -> str:
-    rows = found.best_first()
-    width = max(len(row.label) for row in rows)
-    lines = [f"{'model':<{width}} {'rms, N':>10} {'fit, %':>8} {'EEARTH':>7} {'ns/sample':>10} {'parameters':>10}"]
-    for row in rows:
-        figures = "fails: " + next((cell.failure for cell in row.cells if cell.failure), "")
-        if row.rms is not None:
-            count = "not stated" if row.free is None else str(row.free)
-            figures = f"{row.rms:>10.4g} {row.fit:>8.2f} {row.eearth:>7.3f} {row.cost_ns:>10,.0f} {count:>10}"
-        lines.append(f"{row.label:<{width}} {figures}")
-    return "\n".join([*lines, str(output)])

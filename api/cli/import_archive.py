@@ -6,21 +6,19 @@ import os
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from api.cli.import_shown import run_figures, shown
 from api.cli.terminal import ProgressBar, progress_bar
 from api.errors import InputError, one_line
-from identification.datachecks import check_run
+from identification.datachecks import findings_of_import
 from rigctl.errors import ForeignFileError
 from rigctl.foreign_files import ENDINGS, Imported, Mapping, import_file
-from rigctl.runfile import Run, write_run
+from rigctl.runfile import write_run
 
 __all__ = ["Archive", "import_all"]
-
-_CHECKED = 300_000  # samples that the data checks look at: 5 min at 1 kHz
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,16 +177,10 @@ def _places(source: Source, output: Path, runs: int) -> list[Path]:
 def _findings(runs: Sequence[tuple[Path, Imported]]) -> Iterator[str]:
     """What the data checks find in the runs, with the option that would help."""
     for place, one in runs:
-        for finding in (found for found in check_run(_beginning(one.run)) if found.kind != "magnitude"):  # told before
+        for finding in findings_of_import(one.run):
             more = ": --flip force, if that is so" if finding.kind == "polarity" else ""
             before = f"{place.name}: " if len(runs) > 1 else ""
             yield f"{before}{finding}{more}"
-
-
-def _beginning(run: Run) -> Run:
-    if run.samples <= _CHECKED:
-        return run
-    return replace(run, channels={name: values[:_CHECKED] for name, values in run.channels.items()})
 
 
 def _say(one: Outcome, *, alone: bool) -> None:

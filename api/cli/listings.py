@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
-from math import isfinite
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
-
-if TYPE_CHECKING:
-    from identification.physical.elements import ElementSpec, ParameterSpec
 
 __all__ = ["effects", "elements", "faults", "specimens"]
 
@@ -27,13 +23,13 @@ def elements(
     """
     from api.cli.terminal import answer
     from identification.physical.elements import CATALOGUE
+    from identification.physical.elements.described import catalogue_text, element_data, element_text
 
     if name:
         spec = CATALOGUE[_known(name, CATALOGUE, "element")]
-        answer(_element_text(spec), _element(spec), as_json=as_json)
+        answer(element_text(spec), element_data(spec), as_json=as_json)
         return
-    rows = [(spec.name, spec.path, spec.title) for spec in CATALOGUE.values()]
-    answer(_table(rows), [_element(spec) for spec in CATALOGUE.values()], as_json=as_json)
+    answer(catalogue_text(), [element_data(spec) for spec in CATALOGUE.values()], as_json=as_json)
 
 
 def specimens(as_json: AsJson = False) -> None:
@@ -130,57 +126,3 @@ def _known(name: str, known: Iterable[str], what: str) -> str:
 def _table(rows: Sequence[tuple[str, ...]]) -> str:
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return "\n".join("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows)
-
-
-def _range(parameter: ParameterSpec) -> str:
-    low = f"{parameter.low:g}" if isfinite(parameter.low) else "−∞"
-    high = f"{parameter.high:g}" if isfinite(parameter.high) else "∞"
-    return f"{low} … {high}"
-
-
-def _element_text(spec: ElementSpec) -> str:
-    rows = [
-        (f"  {p.name}", p.unit or "1", _range(p), f"shown by {p.remedy.value}" if not p.of_run else "of each run")
-        for p in spec.parameters
-    ]
-    needs = [
-        *(["a control current"] if spec.needs_current else []),
-        *(["a temperature that varies"] if spec.needs_temperature else []),
-    ]
-    return "\n".join(
-        [
-            f"{spec.name}: {spec.title}, on the {spec.path} path",
-            f"  {spec.equation}",
-            *_table(rows).splitlines(),
-            *([f"  needs {' and '.join(needs)}"] if needs else []),
-            *([] if spec.nameable else ["  is not named by explain: of the literature, by choice"]),
-            *([] if spec.alias is None else [f"  looks like {spec.alias.cause}: {spec.alias.test}"]),
-            f'  in a model file: {{"element": "{spec.name}", "parameters": {{'
-            + ", ".join(f'"{p.name}": …' for p in spec.parameters if p.default is None and p.constant is None)
-            + "}}",
-        ]
-    )
-
-
-def _element(spec: ElementSpec) -> dict[str, Any]:
-    """JSON of a row; a bound that is not finite is null."""
-    return {
-        "element": spec.name,
-        "path": spec.path,
-        "title": spec.title,
-        "equation": spec.equation,
-        "needs_current": spec.needs_current,
-        "needs_temperature": spec.needs_temperature,
-        "named_by_explain": spec.nameable,
-        "parameters": [
-            {
-                "name": p.name,
-                "unit": p.unit,
-                "low": p.low if isfinite(p.low) else None,
-                "high": p.high if isfinite(p.high) else None,
-                "default": p.constant if p.constant is not None else p.default,
-                "shown_by": p.remedy.value,
-            }
-            for p in spec.parameters
-        ],
-    }

@@ -20,6 +20,7 @@ from api.cli.compare import compare
 from api.cli.convert import convert
 from api.cli.demo import demo
 from api.cli.design import design
+from api.cli.examples import examples
 from api.cli.explain import explain
 from api.cli.fit import fit
 from api.cli.identify import identify
@@ -68,6 +69,7 @@ app.command()(report)
 app.command()(autopilot)
 app.command()(characterise)
 app.command()(convert)
+app.command()(examples)
 app.command()(elements)
 app.command()(specimens)
 app.command()(effects)

@@ -2,8 +2,17 @@
 
 from identification.discrepancy.explain import explain
 from identification.discrepancy.explanation import Explanation, Verdict, report_data
-from identification.discrepancy.notes import far_as_given
+from identification.discrepancy.foreign import explain_any, questions
 from identification.discrepancy.preparation import prepared
 from identification.discrepancy.report import write_report
 
-__all__ = ["Explanation", "Verdict", "explain", "far_as_given", "prepared", "report_data", "write_report"]
+__all__ = [
+    "Explanation",
+    "Verdict",
+    "explain",
+    "explain_any",
+    "prepared",
+    "questions",
+    "report_data",
+    "write_report",
+]

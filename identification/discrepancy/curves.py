@@ -50,8 +50,8 @@ def page_data(e: Explanation, *, reproduce: str = "") -> PageData:
         reproduce=reproduce,
         words=_words(),
         aliases=tuple(aliases([f.element for f in e.effects])),
-        train=_interval(traces[False]),
-        held_out=_interval(traces[True]),
+        train=gap_interval(traces[False]),
+        held_out=gap_interval(traces[True]),
         gap_map=_map(traces[False]) if differs else None,
         profiles=tuple(p for p in e.profiles if p.variable not in _ABS_OF) if differs else (),
         loops=tuple(_loop(t) for t in shown[:_MOST_LOOPS]),
@@ -72,7 +72,7 @@ def _words() -> Words:
     )
 
 
-def _interval(traces: Sequence[Traces]) -> Interval:
+def gap_interval(traces: Sequence[Traces]) -> Interval:
     low, high = np.array([interval_of_rms(rests) for rests in zip(*(_rests(t) for t in traces), strict=True)]).T
     return Interval(low=low, high=high)
 

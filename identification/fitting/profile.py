@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from identification.errors import DataError, SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.physical.model import Model
-from identification.record import Record
+from identification.record import Record, record_from_run
+from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
 
@@ -61,6 +62,15 @@ def profile(
     order = np.argsort(values)
     at, rise = np.array(values)[order], np.array(rises)[order]
     return Profile(name=name, values=at, rise=rise, interval=(_edge(at, rise, best, -1), _edge(at, rise, best, 1)))
+
+
+def intervals_of(
+    fit: Fit, runs: Sequence[Run], names: Iterable[str], *, robust: float | None = None
+) -> dict[str, tuple[float, float]]:
+    """The interval of 68 % of each of these parameters, from its profile on the runs of the fit; raises DataError."""
+    wanted = list(names)
+    records = [record_from_run(run) for run in runs] if wanted else []
+    return {name: profile(fit, records, name, robust=robust).interval for name in wanted}
 
 
 def _held(model: Model, index: int, value: float) -> Model:

@@ -1,7 +1,7 @@
 """Models of any kind, which give a force from a motion: what all kinds share."""
 
 from identification.models.choice import Choice
-from identification.models.compare import Comparison, compare, comparison_data
+from identification.models.compare import Comparison, compare, comparison_data, comparison_text
 from identification.models.inputs import motion_from, motion_of
 from identification.models.measures import Score, score, score_signals
 from identification.models.modelfile import KINDS, Kind, load_model, model_from_json
@@ -20,6 +20,7 @@ __all__ = [
     "TrainingRange",
     "compare",
     "comparison_data",
+    "comparison_text",
     "load_model",
     "model_from_json",
     "motion_from",

@@ -121,6 +121,20 @@ def compare(
     return Comparison(rows=tuple(rows), courses=courses)
 
 
+def comparison_text(found: Comparison) -> str:
+    """A line for each model, the smallest error first."""
+    rows = found.best_first()
+    width = max(len(row.label) for row in rows)
+    lines = [f"{'model':<{width}} {'rms, N':>10} {'fit, %':>8} {'EEARTH':>7} {'ns/sample':>10} {'parameters':>10}"]
+    for row in rows:
+        figures = "fails: " + next((cell.failure for cell in row.cells if cell.failure), "")
+        if row.rms is not None:
+            count = "not stated" if row.free is None else str(row.free)
+            figures = f"{row.rms:>10.4g} {row.fit:>8.2f} {row.eearth:>7.3f} {row.cost_ns:>10,.0f} {count:>10}"
+        lines.append(f"{row.label:<{width}} {figures}")
+    return "\n".join(lines)
+
+
 def comparison_data(comparison: Comparison) -> dict[str, Any]:
     """The comparison as JSON data, SI units; null where there is no figure. Any: what JSON can say."""
     names = [course.name for course in comparison.courses]

@@ -49,7 +49,7 @@ def write_comparison(path: Path, comparison: Comparison) -> None:
 def comparison_html(comparison: Comparison) -> str:
     """The page as text."""
     rows = comparison.best_first()
-    colours = {row.label: _COLOURS[k % len(_COLOURS)] for k, row in enumerate(rows)}
+    colours = _colours(rows)
     count = f"{_counted(len(rows), 'model')} on {_counted(len(comparison.courses), 'run')}"
     figures = [courses(rows, comparison.courses, colours), cost_and_error(rows, colours)]
     plots = [
@@ -64,6 +64,16 @@ def comparison_html(comparison: Comparison) -> str:
         f"<h2>Force of every model</h2>{plots[0]}<h2>Error and cost</h2>{plots[1]}"
         f"<p class=note>{_NOTES}</p></body></html>\n"
     )
+
+
+def forces(comparison: Comparison) -> go.Figure:
+    """The force of every model over the measured one."""
+    rows = comparison.best_first()
+    return courses(rows, comparison.courses, _colours(rows))
+
+
+def _colours(rows: Sequence[Row]) -> dict[str, str]:
+    return {row.label: _COLOURS[k % len(_COLOURS)] for k, row in enumerate(rows)}
 
 
 def _in_short(rows: Sequence[Row]) -> str:

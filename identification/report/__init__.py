@@ -2,7 +2,17 @@
 
 from identification.report.draw import draw_report
 from identification.report.evidence_file import read_evidence, write_evidence
+from identification.report.lines import report_lines
 from identification.report.page_data import PageData
 from identification.report.report_file import Report, fingerprint, read_report
 
-__all__ = ["PageData", "Report", "draw_report", "fingerprint", "read_evidence", "read_report", "write_evidence"]
+__all__ = [
+    "PageData",
+    "Report",
+    "draw_report",
+    "fingerprint",
+    "read_evidence",
+    "read_report",
+    "report_lines",
+    "write_evidence",
+]

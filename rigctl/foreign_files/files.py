@@ -15,7 +15,7 @@ from rigctl.foreign_files.read import read_tables, refusing
 from rigctl.foreign_files.table import Progress, Table
 from rigctl.runfile import Run
 
-__all__ = ["ALL_PARTS", "import_file"]
+__all__ = ["ALL_PARTS", "import_file", "import_tables"]
 
 ALL_PARTS: Final = "all"
 _MOST_SAMPLES: Final = 1_000_000  # in which levels are sought unasked: 0.3 s
@@ -34,11 +34,23 @@ def import_file(
         One line that begins with the name of the file: what is missing or wrong, where, and what would be right.
     """
     with refusing(path):
-        tables = _wanted(read_tables(path, choice), choice)
-        whole = [import_table(path, table, choice, tell) for table in tables]
-        if len(whole) > 1:
-            whole = [_named(one, table.part) for one, table in zip(whole, tables, strict=True)]
-        return tuple(piece for one in whole for piece in (_pieces(one) if split else [_kind_seen(one, choice)]))
+        return import_tables(path, read_tables(path, choice), choice, split=split, tell=tell)
+
+
+def import_tables(
+    path: Path | None,
+    tables: tuple[Table, ...],
+    choice: Choice,
+    *,
+    split: bool = False,
+    tell: Progress = lambda done: None,
+) -> tuple[Imported, ...]:
+    """Every run in the tables of a file, or of memory (``path`` None). Raises ForeignFileError, one line."""
+    tables = tuple(_wanted(tables, choice))
+    whole = [import_table(path, table, choice, tell) for table in tables]
+    if len(whole) > 1:
+        whole = [_named(one, table.part) for one, table in zip(whole, tables, strict=True)]
+    return tuple(piece for one in whole for piece in (_pieces(one) if split else [_kind_seen(one, choice)]))
 
 
 def _wanted(tables: tuple[Table, ...], choice: Choice) -> list[Table]:

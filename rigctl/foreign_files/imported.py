@@ -67,8 +67,8 @@ def lacking(table: Table, choice: Choice) -> list[str]:
     return said
 
 
-def import_table(path: Path, table: Table, choice: Choice, tell: Progress = lambda done: None) -> Imported:
-    """Make the run of one table.
+def import_table(path: Path | None, table: Table, choice: Choice, tell: Progress = lambda done: None) -> Imported:
+    """Make the run of one table; ``path`` None: it stands in memory.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def import_table(path: Path, table: Table, choice: Choice, tell: Progress = lamb
     told += _doubts(run)
     chosen = _resolved(choice, found, units, table)
     return Imported(
-        run=replace(run, imported={"source": path.name, "choice": chosen.as_json()}),
+        run=replace(run, imported={"source": "" if path is None else path.name, "choice": chosen.as_json()}),
         columns=_taken(found, units, run),
         layout=table.layout,
         told=tuple(told),
@@ -214,11 +214,12 @@ def _integral(v: Floats) -> Floats:
     return np.asarray(x - np.mean(x))
 
 
-def _run(path: Path, channels: dict[str, Floats], rate_hz: float, choice: Choice, *, cut: bool) -> Run:
+def _run(path: Path | None, channels: dict[str, Floats], rate_hz: float, choice: Choice, *, cut: bool) -> Run:
     ordered = {name: np.ascontiguousarray(channels[name]) for name in SI if name in channels}
+    made = datetime.now(UTC) if path is None else datetime.fromtimestamp(path.stat().st_mtime, UTC)
     return Run(
         run_id=uuid4().hex,
-        created=datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(),
+        created=made.isoformat(),
         specimen=choice.specimen,
         sample_rate_hz=rate_hz,
         period_samples=0,
