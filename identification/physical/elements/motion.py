@@ -2,9 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
 
-from identification.physical.elements.spec import TINY, UNBOUNDED, ElementSpec, Family, ParameterSpec, Remedy
+from identification.criteria import FORM
+from identification.physical.elements.spec import (
+    TINY,
+    UNBOUNDED,
+    ElementSpec,
+    Family,
+    Growth,
+    ParameterSpec,
+    Remedy,
+    Values,
+)
+
+if TYPE_CHECKING:
+    from identification.scales import Scales
+
+
+def _lugre_starts(s: Scales) -> Sequence[Values]:
+    return [
+        {"f_c": 0.7 * s.gap, "f_s": 1.4 * s.gap, "w_s": w, "sigma0": s.gap / (part * s.x_rms), "sigma1": 0.0}
+        for part, w in ((0.01, 0.3 * s.speeds[0]), (0.01, s.speeds[0]), (0.05, s.speeds[1]))
+    ]
+
+
+def _falling_from(presliding: Values, s: Scales) -> Sequence[Values]:
+    """Curves that start as high as a presliding friction that fits, and build up over the same travel."""
+    level = {"f_c": 0.8 * presliding["f_c"], "f_s": 1.1 * presliding["f_c"]}
+    return [{**level, "sigma0": presliding["sigma"], "sigma1": 0.0, "w_s": w} for w in s.speeds[:3]]
+
+
+def _does_not_fall(values: Values, _: object) -> bool:
+    return values["f_s"] <= (1.0 + FORM.tolerance) * values["f_c"]
+
 
 ROWS: Final = (
     ElementSpec(
@@ -13,15 +45,24 @@ ROWS: Final = (
         title="LuGre friction",
         equation="f = sigma0·m + sigma1·dm/dt, dm/dt = w − sigma0·|w|·m/g, g = f_c + (f_s − f_c)·exp(−(w/w_s)²)",
         parameters=(
-            ParameterSpec("sigma0", "N/m", TINY, remedy=Remedy.FREQUENCY),
-            ParameterSpec("sigma1", "N·s/m"),
+            ParameterSpec(
+                "sigma0",
+                "N/m",
+                TINY,
+                limits=lambda s: (0.1 * s.gap / s.x_rms, 1e4 * s.force / s.x_rms),
+                remedy=Remedy.FREQUENCY,
+            ),
+            ParameterSpec("sigma1", "N·s/m", held=True),  # it acts like a dashpot in parallel, but while a bristle bends
             ParameterSpec("f_c", "N", TINY, remedy=Remedy.SPEEDS),
             ParameterSpec("f_s", "N", TINY, remedy=Remedy.SPEEDS),
-            ParameterSpec("w_s", "m/s", TINY, remedy=Remedy.SPEEDS),
+            ParameterSpec("w_s", "m/s", TINY, limits=lambda s: (0.02 * s.speeds[0], s.speeds[3]), remedy=Remedy.SPEEDS),
         ),
+        starts=_lugre_starts,
         memory=True,
-        nameable=False,
         dry_friction=True,
+        falls_with_speed=True,
+        growth=Growth(of="presliding_friction", starts=_falling_from),
+        denied=_does_not_fall,
     ),
     ElementSpec(
         name="modulated_tanh_hysteresis",
