@@ -23,6 +23,7 @@ from api.cli.design import design
 from api.cli.examples import examples
 from api.cli.explain import explain
 from api.cli.fit import fit
+from api.cli.help_words import WordedGroup
 from api.cli.identify import identify
 from api.cli.import_files import import_files
 from api.cli.interrupt import ignore_signals, take_signals
@@ -46,6 +47,7 @@ __all__ = ["main", "run"]
 
 app = typer.Typer(
     name="damper-rig",
+    cls=WordedGroup,
     help="Design damper experiments, drive the rig, identify the model, name what a simulation is missing.",
     no_args_is_help=True,
     add_completion=True,
