@@ -38,8 +38,8 @@ def elements_page() -> str:
     parts = ["# Elements", "What a physical model can be made of, as `damper-rig elements NAME` prints it."]
     for path in PATHS:
         parts.append(f"## The {path} path")
-        for spec in (one for one in CATALOGUE.values() if one.path == path):
-            parts.append(f"### {spec.name}\n\n```text\n{element_text(spec)}\n```")
+        here = (spec for spec in CATALOGUE.values() if spec.path == path)
+        parts += [f"### {spec.name}\n\n```text\n{element_text(spec)}\n```" for spec in here]
     return "\n\n".join(parts) + "\n"
 
 
