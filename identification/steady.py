@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,19 +60,24 @@ class Cycles:
     def loop(self, points: int = 400) -> tuple[Floats, Floats, Floats]:
         """Displacement, velocity and force of one cycle from its harmonics, (points,) each.
 
-        Of the displacement's those count that stand out of its noise, which the velocity would amplify. Lanczos factors
-        keep the force from ringing where it jumps, over that of the first harmonic: it stays as it is, however few
-        harmonics the sample rate has room for.
+        Lanczos factors keep the force from ringing where it jumps, over that of the first harmonic: it stays as it is,
+        however few harmonics the sample rate has room for.
         """
-        angle = 2.0 * np.pi * np.arange(points) / points
+        t = np.arange(points) / (points * self.frequency_hz)
+        k = np.arange(self.f_lines.size)
+        fade = np.where(k > 0, np.sinc(k / k.size) / np.sinc(1.0 / k.size), 1.0)
+        return *self.motion(t), _wave(t, fade * self.f_lines, self.frequency_hz)
+
+    def motion(self, t: Floats) -> tuple[Floats, Floats]:
+        """Displacement and velocity at the times `t`, s, from the harmonics of the displacement.
+
+        Those count that stand out of its noise, which the velocity would amplify.
+        """
         k = np.arange(self.x_lines.size)
-        wave = np.exp(1j * np.outer(angle, k))
-        rate = 2j * np.pi * self.frequency_hz * k
         noise = np.median(np.abs(self.x_lines[(k.size + 1) // 2 :]))
         lines = np.where((k < 2) | (np.abs(self.x_lines) > _CLEAR * noise), self.x_lines, 0.0)
-        x, v = (wave @ lines).real, (wave @ (rate * lines)).real
-        fade = np.where(k > 0, np.sinc(k / k.size) / np.sinc(1.0 / k.size), 1.0)
-        return x, v, (wave @ (fade * self.f_lines)).real
+        rate = 2j * np.pi * self.frequency_hz * k
+        return _wave(t, lines, self.frequency_hz), _wave(t, rate * lines, self.frequency_hz)
 
 
 def dynamic_stiffness(cycles: Cycles) -> float:
@@ -220,5 +226,5 @@ def _lines(t: Floats, s: Floats, frequency: float, order: int) -> NDArray[np.com
     return np.concatenate([found[:1] + 0j, found[1 : order + 1] - 1j * found[order + 1 :]])
 
 
-def _wave(t: Floats, lines: NDArray[np.complex128], frequency: float) -> Floats:
+def _wave(t: Floats, lines: NDArray[np.complexfloating[Any, Any]], frequency: float) -> Floats:
     return np.asarray((np.exp(2j * np.pi * frequency * np.outer(t, np.arange(lines.size))) @ lines).real)

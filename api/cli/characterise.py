@@ -23,7 +23,9 @@ def characterise(
     fmu_input: FmuInput = None,
     fmu_output: FmuOutput = "",
     fmu_set: FmuSet = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON, SI units.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the figures as JSON, SI units; model new --sheet reads them.")
+    ] = False,
 ) -> None:
     """Loops, PVP and CVP curves, dynamic stiffness and loss factor of sine tests.
 
@@ -33,7 +35,7 @@ def characterise(
     from api.errors import InputError
     from identification.measured import read_runs
     from identification.models import load_model
-    from identification.sheet import write_sheet
+    from identification.sheet import sheet_of, sheet_to_json, write_sheet
 
     if output.suffix != ".html":
         raise InputError(f"{output}: the sheet is a web page: end its name in .html")
@@ -42,5 +44,6 @@ def characterise(
     measured = read_runs(runs)
     warn(measured)
     with progress_bar("characterising"):
-        rows = write_sheet(output, measured, beside)
-    answer(f"{output}: {len(rows)} tests", {"file": str(output), "tests": rows}, as_json=as_json)
+        sheet = sheet_of(measured, beside)
+        write_sheet(output, sheet)
+    answer(f"{output}: {len(sheet.tests)} tests", {"file": str(output), **sheet_to_json(sheet)}, as_json=as_json)

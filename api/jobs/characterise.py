@@ -55,11 +55,13 @@ def _check(task: Task) -> None:
 
 def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
     from identification.measured import read_runs
-    from identification.sheet import write_sheet
+    from identification.sheet import sheet_of, sheet_to_json, write_sheet
 
     runs = read_runs((*task.runs, *task.held_out))  # nothing is fitted: held-out runs are drawn too
     tell(0.5, "drawing")
-    return {"tests": write_sheet(folder / "sheet.html", runs)}
+    sheet = sheet_of(runs)
+    write_sheet(folder / "sheet.html", sheet)
+    return sheet_to_json(sheet)
 
 
 CHARACTERISE = Kind(

@@ -76,13 +76,19 @@ class Search:
     dead_end: frozenset[str] | None = None  # ids of names that were tried instead without success
 
 
-def search_from(state: Search, records: Sequence[Record], report: Callable[[str], None]) -> Search:
+def search_from(
+    state: Search, records: Sequence[Record], report: Callable[[str], None], others: Sequence[Search] = ()
+) -> Search:
     """Add names to `state` while one closes enough of the gap, and revise the earlier ones after each.
 
     The records are compact. Where no name can be added, one earlier name is exchanged, once, for one that fits better.
+    The search ends where one of `others` has been: it would go the same way.
     """
     swapped = False
+    been = [s for other in others for s in (other, *(before for before, _ in steps(other)))]
     while len(state.names) < FORM.most_effects and gap_remains(state, records):
+        if any(_is_at(state, other) for other in been):
+            break
         report(f"{len(state.names)} named so far, the gap is {_ratio_to_noise(state):.1f} × the noise of a mean period")
         improved = improve_once(state, records)
         if improved is None and not swapped and (otherwise := _swap_in_better_fit(state)) is not None:
@@ -93,6 +99,21 @@ def search_from(state: Search, records: Sequence[Record], report: Callable[[str]
             break
         state = improved
     return state
+
+
+def steps(last: Search) -> list[tuple[Search, Search]]:
+    """The states before and after each name that was added, the latest first."""
+    found = []
+    while last.before is not None:
+        found.append((last.before, last))
+        last = last.before
+    return found
+
+
+def _is_at(state: Search, other: Search) -> bool:
+    """Whether a search has come to the names of another one, and fits no better with them."""
+    same = bool(state.names) and set(state.names) == set(other.names)
+    return same and state.excess > (1.0 - BUDGET.same_force) * other.excess
 
 
 def explains(state: Search) -> bool:

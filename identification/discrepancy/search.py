@@ -17,6 +17,7 @@ from identification.discrepancy.naming import (
     gap_remains,
     improve_once,
     search_from,
+    steps,
 )
 from identification.discrepancy.trials import choose
 from identification.fitting.leastsquares import Fit, fit_records
@@ -40,11 +41,13 @@ def search(
     report = on_progress or (lambda text: None)
     last = search_from(replace(start_state(given, base, records), earlier=tuple(earlier)), records, report)
     found = drop_needless(last, records)
+    searched = [last]
     starts = other_starts(last, given, base, records)
     while gap_remains(found, records) and (another := next(starts, None)) is not None:
         text, start = another
         report(f"a gap remains: searching again {text}")
-        other = drop_needless(search_from(start, records, report), records)
+        searched.append(search_from(start, records, report, searched))
+        other = drop_needless(searched[-1], records)
         if is_better(other, found, records):
             found = restore_limits(other, given)
     return found
@@ -67,8 +70,8 @@ def start_state(given: Model, base: Fit, records: Sequence[Record]) -> Search:
 def other_starts(last: Search, given: Model, base: Fit, records: Sequence[Record]) -> Iterator[tuple[str, Search]]:
     """Where the names explain the gap, the second choice at the last and at the first of them; and the base limited to
     near its given values, where its refit has left them and one name then closes much."""
-    steps = _steps(last) if explains(last) else []
-    for before, after in (*steps[:1], *steps[1:][-1:]):
+    added = steps(last) if explains(last) else []
+    for before, after in (*added[:1], *added[1:][-1:]):
         second = _second_choice(before, after, last.names, records)
         if second is not None and frozenset(second.names) != last.dead_end:
             yield f"with {second.fit.model.element(second.names[-1]).spec.title}", second
@@ -79,15 +82,6 @@ def other_starts(last: Search, given: Model, base: Fit, records: Sequence[Record
         first = improve_once(near, records)
         if first is not None and first.excess < (1.0 - FORM.closes) * near.excess:
             yield "with the base near its given values", first
-
-
-def _steps(last: Search) -> list[tuple[Search, Search]]:
-    """The states before and after each name that was added, the latest first."""
-    steps = []
-    while last.before is not None:
-        steps.append((last.before, last))
-        last = last.before
-    return steps
 
 
 def _second_choice(before: Search, after: Search, tried: Sequence[str], records: Sequence[Record]) -> Search | None:

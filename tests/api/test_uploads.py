@@ -228,7 +228,8 @@ class Stopped:
     def _stop(self) -> None:
         while not self._end.wait(0.005):
             for pid in children(self._module) - self._before:
-                os.kill(pid, signal.SIGSTOP)
+                with suppress(ProcessLookupError):  # it ended since
+                    os.kill(pid, signal.SIGSTOP)
 
 
 def children(module: bytes) -> set[int]:

@@ -1,24 +1,17 @@
-"""Measures of steady tests against closed forms, and the sheet that shows them."""
+"""Measures of steady tests against closed forms."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from api.cli.main import main
 from identification.eearth import eearth
-from identification.errors import DataError
-from identification.force_velocity import arctan_fit, at_peak_speed, extremes, hysteresis_width
+from identification.force_velocity import at_peak_speed, hysteresis_widths
 from identification.models.measures import score
-from identification.physical.model import Model, element
-from identification.sheet import write_sheet
 from identification.steady import (
     Cycles,
     dynamic_stiffness,
@@ -27,30 +20,10 @@ from identification.steady import (
     loss_factor,
     steady_cycles,
 )
-from rigctl.runfile import Run, with_channel, write_run
-from tests.identification.specimens import run as specimen_run
+from rigctl.runfile import with_channel
+from tests.identification.sines import Law, sine_run
 
 Floats = NDArray[np.float64]
-Law = Callable[[Floats, Floats], Floats]
-
-
-def sine_run(law: Law, amplitude: float, frequency: float, *, noise: float = 0.0, periodic: bool = True) -> Run:
-    rate, cycles = min(1000.0, 500.0 * frequency), 8
-    period = round(rate / frequency)
-    t = np.arange(period * cycles) / rate
-    turn = 2 * np.pi * t * rate / period
-    x = amplitude * np.sin(turn)
-    force = law(x, amplitude * 2 * np.pi * rate / period * np.cos(turn))
-    rng = np.random.default_rng(round(1e6 * amplitude) + period)
-    channels = {
-        "displacement": x + 1e-7 * rng.standard_normal(t.size),
-        "force": force + noise * rng.standard_normal(t.size),
-    }
-    return Run(
-        run_id=f"{amplitude}-{frequency}", created="2026-01-01T00:00:00+00:00", specimen="s", sample_rate_hz=rate,
-        period_samples=period if periodic else 0, excitation_kind="sine", status="complete", channels=channels,
-        units={"displacement": "m", "force": "N"}, design=None, events=(), path=None,
-    )  # fmt: skip
 
 
 def cycles_of(law: Law, amplitude: float = 0.01, frequency: float = 2.0, *, periodic: bool = True) -> Cycles:
@@ -84,14 +57,14 @@ def test_the_loop_shape_tells_ellipse_rectangle_and_peak_apart(law: Law, shape: 
 
 
 @pytest.mark.parametrize("frequency", [1.0, 7.3, 10.0, 30.0])
-def test_the_extremes_of_a_dashpot_are_its_own_at_a_few_samples_a_cycle_too(frequency: float) -> None:
+def test_the_forces_at_peak_speed_of_a_dashpot_are_its_own_at_a_few_samples_a_cycle_too(frequency: float) -> None:
     t = np.arange(1000) / 100.0
     turn = 2 * np.pi * frequency
     channels = {"displacement": 0.01 * np.sin(turn * t), "force": 2e3 * 0.01 * turn * np.cos(turn * t) + 50.0}
     test = steady_cycles(replace(sine_run(lambda x, v: v, 0.01, 2.0, periodic=False), channels=channels,
                                  sample_rate_hz=100.0))  # fmt: skip
     assert test is not None
-    assert extremes([test])[1] == pytest.approx([20.0 * turn + 50.0, 50.0 - 20.0 * turn], rel=1e-3)
+    assert at_peak_speed([test])[1] == pytest.approx([20.0 * turn + 50.0, 50.0 - 20.0 * turn], rel=1e-3)
 
 
 def test_rebound_and_compression_are_those_at_peak_speed_and_the_width_that_of_the_loop() -> None:
@@ -101,9 +74,9 @@ def test_rebound_and_compression_are_those_at_peak_speed_and_the_width_that_of_t
     top = 0.01 * 2 * np.pi * 2.0
     assert at_peak_speed([test])[0] == pytest.approx([top, -top], rel=1e-3)
     assert at_peak_speed([test])[1] == pytest.approx([3e3 * top + 25.0, 25.0 - 1e3 * top], rel=0.03)
-    assert extremes([test])[1][0] > 1.3 * at_peak_speed([test])[1][0]
-    assert hysteresis_width(test) == pytest.approx(2 * 4e4 * 0.01, rel=0.02)
-    assert hysteresis_width(cycles_of(lambda x, v: 2e3 * v)) < 0.01 * 2e3 * top
+    assert test.loop()[2].max() > 1.3 * at_peak_speed([test])[1][0]
+    assert max(hysteresis_widths(test)) == pytest.approx(2 * 4e4 * 0.01, rel=0.02)
+    assert max(hysteresis_widths(cycles_of(lambda x, v: 2e3 * v))) < 0.01 * 2e3 * top
 
 
 def test_a_run_without_force_is_no_test_and_has_no_loop_shape() -> None:
@@ -120,18 +93,6 @@ def test_the_loop_shape_depends_neither_on_the_loss_angle_nor_on_the_scale() -> 
         for k, s in ((0.0, 1.0), (0.0, 30.0))
     ]
     assert shapes[0] == pytest.approx(shapes[1], rel=1e-3)
-
-
-def test_the_four_parameters_of_the_saturating_curve_come_back_from_thirty_tests() -> None:
-    s, f1, d, f2 = 12017.0, 0.65, 0.38, -0.0009
-    law: Law = lambda x, v: 2 / np.pi * np.arctan(s * v) * f1 + d * v + f2  # noqa: E731
-    runs = []
-    for amplitude, top in ((2e-3, 8.117), (5e-3, 8.117), (10e-3, 4.058), (15e-3, 2.705), (25e-3, 1.623)):
-        runs += [sine_run(law, amplitude, f, noise=1e-3) for f in np.geomspace(0.0068, top, 6)]
-    tests = [test for test in map(steady_cycles, runs) if test is not None]
-    assert len(tests) == 30
-    curve = arctan_fit(*extremes(tests))
-    assert [curve.S, curve.F1, curve.d, curve.F2] == pytest.approx([s, f1, d, f2], rel=5e-3, abs=1e-5)
 
 
 def test_a_shift_a_scale_and_a_warp_each_show_in_their_own_score() -> None:
@@ -173,47 +134,3 @@ def test_a_score_tells_energy_and_loop_shape_of_both_forces() -> None:
     assert figures["energy_simulated"] == pytest.approx(0.9 * figures["energy_measured"])
     assert figures["loop_shape_simulated"] == pytest.approx(figures["loop_shape_measured"])
     assert figures["rrmsse"] == pytest.approx(10.0)
-
-
-def test_the_sheet_is_one_offline_page_with_a_row_for_each_sine(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    law: Law = lambda x, v: 800.0 * np.tanh(v / 0.1) + 500.0 * v  # noqa: E731
-    names = []
-    for k, (a, f) in enumerate(product((0.005, 0.01, 0.02), (0.5, 1.0, 2.5))):
-        write_run(tmp_path / f"{k}.h5", sine_run(law, a, f, noise=2.0))
-        names.append(str(tmp_path / f"{k}.h5"))
-    write_run(tmp_path / "noise.h5", specimen_run("none", 0, 1))
-    assert main(["characterise", *names, str(tmp_path / "noise.h5"), "-o", str(tmp_path / "sheet.html"), "--json"]) == 0
-    rows = json.loads(capsys.readouterr().out)["tests"]
-    assert len(rows) == 9
-    assert rows[0]["peak_velocity"] == pytest.approx(0.005 * 2 * np.pi * 0.5, rel=1e-3)
-    page = (tmp_path / "sheet.html").read_text(encoding="utf-8")
-    for words in (
-        "PVP",
-        "CVP",
-        "Dynamic stiffness",
-        "Loss factor",
-        "noise.h5",
-        "arctan",
-        "rebound at peak speed",
-        "force &gt; 0: tension",
-    ):
-        assert words in page
-    assert '<script src="http' not in page
-
-
-def test_a_model_stands_beside_the_tests_of_the_sheet(tmp_path: Path) -> None:
-    runs = [sine_run(lambda x, v: 800.0 * np.tanh(v / 0.1), 0.01, f, noise=2.0) for f in (0.5, 1.0, 2.5)]
-    model = Model(name="viscous", elements=(element("viscous_damping", {"c": 1000.0}),))
-    rows = write_sheet(tmp_path / "sheet.html", [replace(r, run_id=f"{k}") for k, r in enumerate(runs)], model)
-    for row in rows:
-        assert row["force_max_simulated"] == pytest.approx(1000.0 * float(str(row["peak_velocity"])), rel=1e-3)
-    assert '"dash"' in (tmp_path / "sheet.html").read_text(encoding="utf-8")
-    assert "force_max_simulated" not in write_sheet(tmp_path / "plain.html", runs[:1])[0]
-
-
-def test_a_sheet_without_a_sine_is_refused_and_not_written(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match="no steady sine"):
-        write_sheet(tmp_path / "sheet.html", [specimen_run("none", 0, 1)])
-    assert list(tmp_path.iterdir()) == []

@@ -33,7 +33,15 @@ def test_where_a_name_led_nowhere_the_second_choice_is_tried() -> None:
     assert other is not None
     assert other.names == ("moving_mass",)
     assert search._second_choice(bare, astray, [t.name for t in found], records) is None, "nothing else was tried"
-    assert search._steps(astray) == [(bare, astray)]
+    assert naming.steps(astray) == [(bare, astray)]
+
+
+def test_a_search_ends_where_another_one_has_been_unless_it_fits_better() -> None:
+    records = records_with("moving_mass")
+    base = fit_records(BASE, records)
+    there = Search(fit=base, names=(BASE.ids[0],), excess=excess_of(base), given=BASE, base_excess=excess_of(base))
+    assert naming.search_from(there, records, str, [there]) is there
+    assert naming.search_from(there, records, str, [replace(there, excess=1.5 * there.excess)]).names != there.names
 
 
 def test_what_is_held_near_its_given_value_gets_its_own_limits_back() -> None:
