@@ -29,6 +29,7 @@ from api.cli.interrupt import ignore_signals, take_signals
 from api.cli.iterate import iterate
 from api.cli.key import key
 from api.cli.listings import effects, elements, faults, specimens
+from api.cli.model import model
 from api.cli.recover import recover
 from api.cli.report import report
 from api.cli.rig import rig
@@ -46,7 +47,7 @@ app = typer.Typer(
     name="damper-rig",
     help="Design damper experiments, drive the rig, identify the model, name what a simulation is missing.",
     no_args_is_help=True,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -59,6 +60,7 @@ app.command()(recover)
 app.add_typer(rig)
 app.command()(align)
 app.command("import")(import_files)
+app.add_typer(model)
 app.command()(fit)
 app.command()(identify)
 app.command()(simulate)
