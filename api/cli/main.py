@@ -39,6 +39,7 @@ from api.cli.serve import serve
 from api.cli.sim import sim
 from api.cli.simulate import simulate
 from api.cli.store import store
+from api.cli.terminal import quiet
 from api.cli.worker import worker
 
 __all__ = ["main", "run"]
@@ -98,8 +99,11 @@ def _print_version(asked: bool) -> None:
 @app.callback()
 def _options(
     version: bool = typer.Option(False, "--version", help="Print the version.", is_eager=True, callback=_print_version),
+    be_quiet: bool = typer.Option(
+        False, "--quiet", "-q", help="Before the command: no progress and no findings about the data; errors remain."
+    ),
 ) -> None:
-    pass
+    quiet.set(be_quiet)
 
 
 def run() -> NoReturn:
