@@ -4,7 +4,7 @@ BIN := .venv/bin
 OUT ?= demo-output
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: setup demo test check bench bench-explain bench-peers lock clean
+.PHONY: setup demo test docs check bench bench-explain bench-peers lock clean
 
 setup: .venv/.ready
 
@@ -40,6 +40,10 @@ bench-peers: setup
 	test -x .venv-peers/bin/python || $(PYTHON) -m venv .venv-peers
 	.venv-peers/bin/python -m pip install --quiet --disable-pip-version-check "jax-sysid>=1.1" "sysidentpy>=0.9"
 	$(BIN)/python -m benchmarks.bench_peers .venv-peers/bin/python
+
+# A site in build/site that opens without a network.
+docs: setup
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
 
 # Pins every dependency by name and hash, for every platform, and no address; needs `uv` on the PATH.
 lock:

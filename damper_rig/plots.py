@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Final
 
-import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
@@ -20,6 +19,7 @@ from identification.discrepancy.ladder import ladder_of
 from identification.models import motion_of
 from identification.models.comparison_page import forces
 from identification.models.simulation import name_of
+from identification.sheet.charts import peak_velocity
 from rigctl.runfile import Run
 
 __all__ = ["plot"]
@@ -32,7 +32,7 @@ def plot(what: Run | Iterable[Run] | Fitted | Explained | Compared | Sheet | Exc
     """The picture that says most of it.
 
     Runs: force over displacement and velocity. A fit or a comparison: every model over the measured force. An
-    explanation: the gap at each step. A sheet: the force at peak speed. An excitation: its signals. A plan: its tests.
+    explanation: the gap at each step. A sheet: force at peak speed. An excitation: its signals. A plan: its tests.
     """
     match what:
         case Fitted():
@@ -42,7 +42,7 @@ def plot(what: Run | Iterable[Run] | Fitted | Explained | Compared | Sheet | Exc
         case Explained():
             return ladder_of(what.result)
         case Sheet():
-            return _peaks(what)
+            return peak_velocity(what.result.currents)
         case Excitation() | TestPlan():
             return figures(what)[0]
         case _:
@@ -66,18 +66,3 @@ def _loops(runs: list[Run]) -> go.Figure:
     figure.update_xaxes(title="velocity, m/s", row=1, col=2)
     figure.update_yaxes(title="force, N", row=1, col=1)
     return figure.update_layout(height=460, template="plotly_white")
-
-
-def _peaks(sheet: Sheet) -> go.Figure:
-    """The force of each test at its peak speeds, in rebound and in compression."""
-    tests = sorted(sheet.rows(), key=lambda one: float(one["peak_velocity"]))
-    speed = np.array([one["peak_velocity"] for one in tests])
-    figure = go.Figure()
-    for name, sign, colour in (("rebound", 1.0, _COLOURS[0]), ("compression", -1.0, _COLOURS[1])):
-        figure.add_scatter(
-            x=sign * speed, y=[one[f"force_{name}"] for one in tests], mode="markers", name=name,
-            marker={"size": 9, "color": colour}, text=[one["run"] for one in tests],
-        )  # fmt: skip
-    figure.update_xaxes(title="peak velocity, m/s")
-    figure.update_yaxes(title="force at peak speed, N")
-    return figure.update_layout(height=420, template="plotly_white")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,43 +12,43 @@ from damper_rig.html import table
 from damper_rig.running import working
 from damper_rig.runs import listed
 from damper_rig.simulating import AnyModel, model_of
-from excitation.atomic import written_whole
-from identification.errors import OutputError
 from identification.measured import check_runs
-from identification.sheet import html_of, sheet_of, sheet_to_json
+from identification.sheet import Sheet as SheetResult
+from identification.sheet import sheet_of, sheet_to_json, write_sheet
 from rigctl.runfile import Run
 
 __all__ = ["Sheet", "characterise"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Sheet:
     """The figures of `damper-rig characterise`, SI, and its page: the tests, and the damper at each current."""
 
-    tests: tuple[dict[str, Any], ...]
-    currents: tuple[dict[str, Any], ...]
-    page: str = field(repr=False)
+    result: SheetResult
+
+    def data(self) -> dict[str, Any]:
+        """What `damper-rig characterise --json` prints, without the file."""
+        return sheet_to_json(self.result)
 
     def rows(self) -> list[dict[str, Any]]:
         """The tests, a dictionary each."""
-        return list(self.tests)
+        return list(self.data()["tests"])
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the page; raises OutputError."""
-        with written_whole(Path(path), OutputError) as temporary:
-            temporary.write_text(self.page, encoding="utf-8")
+        write_sheet(Path(path), self.result)
         return Path(path)
 
     def __repr__(self) -> str:
-        return "\n".join([f"{len(self.tests)} tests", *("  ".join(row) for row in self._cells())])
+        return "\n".join([f"{len(self.rows())} tests", *("  ".join(row) for row in self._cells())])
 
     def _repr_html_(self) -> str:
-        return table([name.replace("_", " ") for name in self.tests[0]], self._cells())
+        return table([name.replace("_", " ") for name in self.rows()[0]], self._cells())
 
     def _cells(self) -> list[tuple[str, ...]]:
         return [
             tuple(f"{one:.4g}" if isinstance(one, float) else "" if one is None else str(one) for one in test.values())
-            for test in self.tests
+            for test in self.rows()
         ]
 
 
@@ -63,6 +63,4 @@ def characterise(runs: Run | Iterable[Run], model: AnyModel | None = None) -> Sh
     beside, measured = None if model is None else model_of(model), listed(runs)
     check_runs(measured)
     with working("characterising"):
-        sheet = sheet_of(measured, beside)
-        figures = sheet_to_json(sheet)
-        return Sheet(tests=tuple(figures["tests"]), currents=tuple(figures["currents"]), page=html_of(sheet))
+        return Sheet(sheet_of(measured, beside))

@@ -23,6 +23,7 @@ from api.cli.design import design
 from api.cli.examples import examples
 from api.cli.explain import explain
 from api.cli.fit import fit
+from api.cli.help_words import WordedGroup
 from api.cli.identify import identify
 from api.cli.import_files import import_files
 from api.cli.interrupt import ignore_signals, take_signals
@@ -39,12 +40,14 @@ from api.cli.serve import serve
 from api.cli.sim import sim
 from api.cli.simulate import simulate
 from api.cli.store import store
+from api.cli.terminal import quiet
 from api.cli.worker import worker
 
 __all__ = ["main", "run"]
 
 app = typer.Typer(
     name="damper-rig",
+    cls=WordedGroup,
     help="Design damper experiments, drive the rig, identify the model, name what a simulation is missing.",
     no_args_is_help=True,
     add_completion=True,
@@ -98,8 +101,11 @@ def _print_version(asked: bool) -> None:
 @app.callback()
 def _options(
     version: bool = typer.Option(False, "--version", help="Print the version.", is_eager=True, callback=_print_version),
+    be_quiet: bool = typer.Option(
+        False, "--quiet", "-q", help="Before the command: no progress and no findings about the data; errors remain."
+    ),
 ) -> None:
-    pass
+    quiet.set(be_quiet)
 
 
 def run() -> NoReturn:

@@ -6,6 +6,7 @@ import json
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -15,7 +16,12 @@ if TYPE_CHECKING:
 
     from rigctl.runfile import Run
 
-__all__ = ["ProgressBar", "answer", "ask", "existing", "messages", "progress_bar", "progress_display", "warn"]
+__all__ = [
+    "ProgressBar", "answer", "ask", "existing", "messages", "progress_bar", "progress_display", "quiet", "warn",
+]  # fmt: skip
+
+quiet: ContextVar[bool] = ContextVar("quiet", default=False)
+"""Whether progress, findings and questions are left out; results and errors never are."""
 
 
 class ProgressBar(Protocol):
@@ -43,7 +49,7 @@ def progress_display() -> Progress:
         TimeElapsedColumn(),
         console=console,
         transient=True,
-        disable=not console.is_terminal,
+        disable=quiet.get() or not console.is_terminal,
     )
 
 
@@ -76,7 +82,7 @@ def existing(path: Path, what: str) -> Path:
 
 def ask(questions: Sequence[str]) -> None:
     """Print questions about the input on standard error, a line each."""
-    for question in questions:
+    for question in () if quiet.get() else questions:
         print(f"damper-rig: {question}", file=sys.stderr)
 
 
@@ -84,5 +90,7 @@ def warn(runs: Sequence[Run]) -> None:
     """Print what the data checks found in these runs on standard error."""
     from identification.datachecks import findings_in
 
+    if quiet.get():
+        return
     for finding in findings_in(runs):
         print(f"damper-rig: {finding}", file=sys.stderr)
