@@ -87,7 +87,7 @@ def breakaway(low: float = 0.05, high: float = 0.15) -> Effect:
             "rub_speed": rng.uniform(0.015, 0.06) * scale.speed_m_s,
         }
 
-    names = (("stribeck_friction",), ("coulomb_friction",), ("presliding_friction",))
+    names = (("stribeck_friction",), ("lugre_friction",), ("coulomb_friction",), ("presliding_friction",))
     return Effect(title="friction higher at rest", names=names, draw=draw, share=(low, high, "rms of the force"),
                   excludes=frozenset({"seal friction"}))  # fmt: skip
 

@@ -52,7 +52,7 @@ ROWS: Final = (
                 limits=lambda s: (0.1 * s.gap / s.x_rms, 1e4 * s.force / s.x_rms),
                 remedy=Remedy.FREQUENCY,
             ),
-            ParameterSpec("sigma1", "N·s/m", held=True),  # it acts like a dashpot in parallel, but while a bristle bends
+            ParameterSpec("sigma1", "N·s/m", held=True),  # a dashpot in parallel, but while bristles bend
             ParameterSpec("f_c", "N", TINY, remedy=Remedy.SPEEDS),
             ParameterSpec("f_s", "N", TINY, remedy=Remedy.SPEEDS),
             ParameterSpec("w_s", "m/s", TINY, limits=lambda s: (0.02 * s.speeds[0], s.speeds[3]), remedy=Remedy.SPEEDS),
