@@ -198,6 +198,16 @@ def _breakaway(s: Setting) -> list[Columns]:
     ]
 
 
+def _bristles(s: Setting) -> list[Columns]:
+    v = s.seen.v
+    built_up = [_sliding(s.seen.x, q * s.stroke_m) for q in (0.001, 0.01)]
+    return [
+        _one(force, force * np.exp(-((v / (q * s.speed_m_s)) ** 2)))
+        for force in built_up
+        for q in (0.01, 0.02, 0.05, 0.1)
+    ]
+
+
 def _hum(s: Setting) -> list[Columns]:
     return [
         _one(np.sin(2 * np.pi * f * s.seen.t), np.cos(2 * np.pi * f * s.seen.t)) for f in (50.0, 60.0) if f < 0.5 / s.dt
@@ -223,6 +233,7 @@ ADDED: Mapping[str, Callable[[Setting], list[Columns]]] = {
     ],
     "coulomb_friction": lambda s: [_one(np.sign(s.seen.v))],
     "stribeck_friction": _breakaway,
+    "lugre_friction": _bristles,
     "linear_stiffness": lambda s: [_one(s.seen.x)],
     "cubic_stiffness": lambda s: [_one(s.seen.x**3)],
     "gas_spring": _gas,

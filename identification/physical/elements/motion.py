@@ -60,7 +60,6 @@ ROWS: Final = (
         starts=_lugre_starts,
         memory=True,
         dry_friction=True,
-        falls_with_speed=True,
         growth=Growth(of="presliding_friction", starts=_falling_from),
         denied=_does_not_fall,
     ),
