@@ -18,6 +18,7 @@ def on_files(files: Files, *, config: MkDocsConfig) -> Files:
     made: dict[str, str | bytes] = {
         "elements.md": elements_page(),
         "commands.md": commands_page(),
+        "design-keys.md": design_keys_page(),
         SIGNS: (ROOT / "identification" / SIGNS).read_bytes(),
     }
     for name, content in made.items():
@@ -41,6 +42,14 @@ def elements_page() -> str:
         here = (spec for spec in CATALOGUE.values() if spec.path == path)
         parts += [f"### {spec.name}\n\n```text\n{element_text(spec)}\n```" for spec in here]
     return "\n\n".join(parts) + "\n"
+
+
+def design_keys_page() -> str:
+    """Every key of a design's configuration."""
+    from excitation.design_keys import COMMANDS, keys_text
+
+    parts = ["# Keys of designs", "As `damper-rig design --explain-keys` prints them."]
+    return "\n\n".join([*parts, *(f"## {one}\n\n```text\n{keys_text(one)}\n```" for one in COMMANDS)]) + "\n"
 
 
 def commands_page() -> str:

@@ -31,7 +31,7 @@ _UNITS: Mapping[str, str] = {  # suffixes of fields, the longer ones first
     "_m_s2": "m/s²",
     "_m_s": "m/s",
     "_n_s_m": "N·s/m",
-    "_n_m": "N·m",
+    "_n_m": "N/m",
     "_hz": "Hz",
     "_degc": "°C",
     "_kg": "kg",

@@ -47,12 +47,18 @@ def repeat(
     scale_to_fit: Fit = False,
     model: Damper = None,
     plot: Plot = None,
+    explain_keys: Annotated[
+        bool, typer.Option("--explain-keys", help="Print every key of the configurations: unit, default and meaning.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Without a command: repeats the design in the file of --from."""
     from api.errors import InputError
 
     given = source, output, envelope, model, plot
+    if explain_keys:
+        _explain_keys(context.invoked_subcommand, as_json)
+        raise typer.Exit
     if context.invoked_subcommand is not None:
         if scale_to_fit or as_json or any(value is not None for value in given):
             raise InputError(f"design: options stand after {context.invoked_subcommand!r}, with its CONFIG.toml")
@@ -72,6 +78,18 @@ def repeat(
     if limits is not None:
         made = within_envelope(made, limits, fit=scale_to_fit, force_model=damper)
     _write(made, output, plot, limits, model, as_json)
+
+
+def _explain_keys(command: str | None, as_json: bool) -> None:
+    """The keys of one command, or of all."""
+    from dataclasses import asdict
+
+    from api.cli.terminal import answer
+    from excitation.design_keys import COMMANDS, keys_of, keys_text
+
+    wanted = COMMANDS if command is None else (command,)
+    data = {one: [asdict(key) for key in keys_of(one)] for one in wanted}
+    answer("\n\n".join(keys_text(one) for one in wanted), data, as_json=as_json)
 
 
 @design.command("random-phase")

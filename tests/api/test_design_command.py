@@ -135,3 +135,14 @@ def test_what_cannot_be_done_is_refused_in_one_line_and_leaves_nothing(
     assert said.err.count("\n") == 1, said.err
     assert all(word in said.err for word in words), said.err
     assert sorted(p.name for p in tmp_path.iterdir()) == ["sine.toml"]
+
+
+@pytest.mark.parametrize("words", [[], ["harmonic"]])
+def test_the_keys_of_a_configuration_are_told(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["design", "--explain-keys", *words]) == 0
+    text = capsys.readouterr().out
+    assert "peak_velocity" in text
+    assert ("period_samples" in text) == (not words)
+    assert main(["design", "--explain-keys", "--json", *words]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert {key["unit"] for key in told["harmonic"] if key["name"] == "peak_velocity"} == {"m/s"}
