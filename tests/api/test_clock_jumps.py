@@ -303,6 +303,7 @@ READERS_OF_THE_WALL_CLOCK = {
     "api/cli/preparation.py": "the date on which a calibration expires, and the age of a tare",
     "api/line/service_end.py": "when a worker was lost, to show it",
     "api/store/backup.py": "when a backup was made, to show it",
+    "rigctl/foreign_files/imported.py": "when a table of a notebook became a run, to show it",
     "rigctl/procedures/tare.py": "when a tare was measured",
     "rigctl/procedures/weigh.py": "when a mass was measured, to show it",
     "rigctl/recording.py": "when a run was made, to show it",
