@@ -21,7 +21,6 @@ from typing import Final
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.signal import correlate
 
 Floats = NDArray[np.float64]
 
@@ -87,7 +86,8 @@ def _best_shift(measured: Floats, simulated: Floats) -> int:
     a, b = measured - measured.mean(), simulated - simulated.mean()
     most = int(_SHIFT * n)
     lags = np.arange(-most, most + 1)
-    products = correlate(a, b, method="fft")[n - 1 - most : n + most]
+    length = 1 << (n + most).bit_length()  # no lag wraps round
+    products = np.fft.irfft(np.fft.rfft(a, length) * np.conj(np.fft.rfft(b, length)), length)[lags]
     ends_a, ends_b = np.concatenate([[0.0], np.cumsum(a**2)]), np.concatenate([[0.0], np.cumsum(b**2)])
     later, earlier = np.maximum(lags, 0), np.maximum(-lags, 0)
     power_a = ends_a[n - earlier] - ends_a[later]

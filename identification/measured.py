@@ -10,7 +10,7 @@ from identification.errors import DataError
 from rigctl.magnitudes import doubts_of
 from rigctl.runfile import Run, read_run
 
-__all__ = ["check_runs", "read_runs"]
+__all__ = ["check_runs", "label_of", "read_runs"]
 
 
 def read_runs(paths: Iterable[Path], *, once: bool = False) -> list[Run]:
@@ -33,7 +33,7 @@ def check_runs(runs: Sequence[Run], *, once: bool = False) -> None:
     for run in runs:
         for doubt in doubts_of(run):
             if doubt.impossible:
-                raise DataError(f"{_label(run)}: {doubt.channel}: {doubt.text}")
+                raise DataError(f"{label_of(run)}: {doubt.channel}: {doubt.text}")
     if once:
         _refuse_doubled(runs)
 
@@ -44,9 +44,10 @@ def _refuse_doubled(runs: Sequence[Run]) -> None:
         mark = _mark(run)
         if mark in seen:
             raise DataError(
-                f"{_label(run)} holds the same measurement as {seen[mark]}: given twice, it counts twice; leave one out"
+                f"{label_of(run)} holds the same measurement as {seen[mark]}: given twice, it counts twice; "
+                "leave one out"
             )
-        seen[mark] = _label(run)
+        seen[mark] = label_of(run)
 
 
 def _mark(run: Run) -> bytes:
@@ -58,5 +59,6 @@ def _mark(run: Run) -> bytes:
     return found.digest()
 
 
-def _label(run: Run) -> str:
+def label_of(run: Run) -> str:
+    """The name of a run for messages: of its file, else its id."""
     return run.path.name if run.path is not None else run.run_id

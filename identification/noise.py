@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
-from scipy.signal import fftconvolve, firwin
 
 Floats = NDArray[np.float64]
 
@@ -170,9 +169,9 @@ def _between_events(signal: Floats, low: float, high: float) -> float:
     taps = 2 * int(np.ceil(0.5 * _TAPS / (high - low))) + 1
     if signal.size < _LEAST_LENGTHS * taps:
         return float("inf")
-    edges = low if high >= 1.0 else [low, high]
-    kernel = firwin(taps, edges, window="blackman", pass_zero=False)
-    passed = fftconvolve(signal - signal.mean(), kernel, mode="valid")
+    m = np.arange(taps) - taps // 2
+    kernel = (high * np.sinc(high * m) - low * np.sinc(low * m)) * np.blackman(taps)  # a windowed band-pass
+    passed = np.convolve(signal - signal.mean(), kernel, mode="valid")
     return float(np.sqrt(np.median(passed**2) / (_CHI2_MEDIAN * np.sum(kernel**2))))
 
 

@@ -8,7 +8,7 @@ from math import floor, log10
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as students_t
+from scipy.special import stdtrit
 
 from identification.smoothing import smooth_kinematics
 from identification.steady import Cycles
@@ -159,7 +159,7 @@ def _repeatability(slow: Sequence[Strokes], order: int) -> Floats:
     )
     if slow[0].constant_speed:  # speeds differ: what repeats is seen within a test alone
         each -= np.array([each[[c.name == d.name for d in cycles]].mean(axis=0) for c in cycles])
-    factor = float(students_t.ppf(0.8413, len(cycles) - 1))
+    factor = float(stdtrit(len(cycles) - 1, 0.8413))
     return np.asarray(factor * each.std(axis=0, ddof=1) / np.sqrt(len(cycles)))
 
 

@@ -18,6 +18,8 @@ from rigctl.runfile import Run
 Floats = NDArray[np.float64]
 
 _HARMONICS = 25
+_LOBE = 2  # lines on either side of a sine's own over which Hann's window spreads it
+_LEAST_SHARE = 0.8  # of a steady sine's power there: (1 − _PURE)/1.16 with four harmonics of a fifth of its amplitude
 _PURE = 0.03  # largest share of the displacement's power outside of its first five harmonics
 _LEAST_CYCLES = 2
 _CLEAR = 6.0  # times the median of the upper harmonics: a harmonic above the noise
@@ -64,9 +66,7 @@ class Cycles:
         however few harmonics the sample rate has room for.
         """
         t = np.arange(points) / (points * self.frequency_hz)
-        k = np.arange(self.f_lines.size)
-        fade = np.where(k > 0, np.sinc(k / k.size) / np.sinc(1.0 / k.size), 1.0)
-        return *self.motion(t), _wave(t, fade * self.f_lines, self.frequency_hz)
+        return *self.motion(t), _wave(t, _faded(self.f_lines), self.frequency_hz)
 
     def motion(self, t: Floats) -> tuple[Floats, Floats]:
         """Displacement and velocity at the times `t`, s, from the harmonics of the displacement.
@@ -105,8 +105,20 @@ def loop_shape(cycles: Cycles) -> float:
     rectangle (dry friction, a saturated valve), below 1 a peaked loop (orifice, end stop). Insensitive to noise in
     phase and scale, which the area itself is not.
     """
-    force = cycles.loop()[2]
-    return float(2.0 * abs(cycles.f_lines[1]) / (force.max() - force.min()))
+    return float(shape_of(cycles.f_lines))
+
+
+def shape_of(f_lines: NDArray[np.complex128], points: int = 400) -> Floats:
+    """The `loop_shape` of forces from their complex amplitudes (…, K + 1) at the multiples of the frequency, (…)."""
+    turn = np.outer(np.arange(points), np.arange(f_lines.shape[-1])) / points
+    force = (_faded(f_lines) @ np.exp(2j * np.pi * turn).T).real
+    return np.asarray(2.0 * np.abs(f_lines[..., 1]) / np.ptp(force, axis=-1))
+
+
+def _faded(lines: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """The amplitudes (…, K + 1) with Lanczos factors, over that of the first harmonic."""
+    k = np.arange(lines.shape[-1])
+    return np.where(k > 0, np.sinc(k / k.size) / np.sinc(1.0 / k.size), 1.0) * lines
 
 
 def steady_cycles(run: Run, channel: str = "force") -> Cycles | None:
@@ -205,8 +217,9 @@ def _velocity(run: Run) -> Floats:
 def _frequency(x: Floats, rate: float) -> float | None:
     """Frequency of the strongest line, Hz, by least squares around it."""
     n = x.size
-    k = int(np.argmax(np.abs(np.fft.rfft((x - x.mean()) * np.hanning(n)))))
-    if k < _LEAST_CYCLES:
+    power = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(n))) ** 2
+    k = int(np.argmax(power))
+    if k < _LEAST_CYCLES or np.sum(power[max(k - _LOBE, 0) : k + _LOBE + 1]) < _LEAST_SHARE * np.sum(power):
         return None
     t = np.arange(n) / rate
 

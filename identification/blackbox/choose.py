@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import product
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.blackbox.band import LeftOut
 from identification.blackbox.folds import Fold, folds_of
 from identification.blackbox.model import BlackBox, Member
 from identification.blackbox.samples import Course
@@ -35,12 +37,23 @@ class Candidate:
         return f"{self.structure}, weight decay {self.decay:g}"
 
 
+class Shaped(Protocol):
+    """Anything else that was tried: it has regressors, and says what it is."""
+
+    @property
+    def structure(self) -> Structure: ...
+
+
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """What was tried, and its mean square scaled error in free run on the parts that it had not learned from."""
+    """What was tried, and its mean square scaled error in free run on the parts that it had not learned from.
 
-    candidate: Candidate | Polynomial
+    `members` are the networks that did not learn from each part in turn.
+    """
+
+    candidate: Candidate | Polynomial | Shaped
     error: float
+    members: tuple[Member, ...] = field(default=(), repr=False, compare=False)
 
     @property
     def fit(self) -> float:
@@ -66,9 +79,25 @@ def judge(
         return []
     folds = folds_of(courses)
     tasks = list(product(candidates, folds))
-    squares = run(partial(_squares, scales=scales, dt=dt, stages=stages), tasks, on_done=tell)
-    each = np.array(squares).reshape(len(candidates), len(folds), 2).sum(axis=1)
-    return in_order([Judged(one, float(s / n)) for one, (s, n) in zip(candidates, each, strict=True)])
+    shown = run(partial(_squares, scales=scales, dt=dt, stages=stages), tasks, on_done=tell)
+    judged = []
+    for k, one in enumerate(candidates):
+        parts = shown[k * len(folds) : (k + 1) * len(folds)]
+        error = sum(squares for squares, _, _ in parts) / sum(count for _, count, _ in parts)
+        judged.append(Judged(one, float(error), tuple(member for _, _, member in parts)))
+    return in_order(judged)
+
+
+def left_out(judged: Sequence[Judged], courses: Sequence[Course], scales: Scales, dt: float) -> list[LeftOut]:
+    """Errors and spreads, N, on each part of the networks of some candidates together that had not learned from it."""
+    parts = []
+    for k, fold in enumerate(folds_of(courses)):
+        model = BlackBox(name="", kind="", dt=dt, scales=scales, members=tuple(one.members[k] for one in judged))
+        forces = [(course, model.each(course)) for course in fold.shown]
+        errors = [(course.force - np.median(each, axis=0))[course.counted] for course, each in forces]
+        spreads = [np.std(each, axis=0)[course.counted] for course, each in forces]
+        parts.append(LeftOut(np.concatenate(errors), np.concatenate(spreads)))
+    return parts
 
 
 def in_order(judged: Sequence[Judged]) -> list[Judged]:
@@ -94,11 +123,13 @@ def beyond(judged: Sequence[Judged], count: int) -> list[Candidate]:
     return more
 
 
-def _squares(task: tuple[Candidate, Fold], scales: Scales, dt: float, stages: Sequence[Stage]) -> tuple[float, int]:
-    """Sum of the squared scaled errors on what a fold shows, and of how many samples."""
+def _squares(
+    task: tuple[Candidate, Fold], scales: Scales, dt: float, stages: Sequence[Stage]
+) -> tuple[float, int, Member]:
+    """Sum of the squared scaled errors on what a fold shows, of how many samples, and of which network."""
     candidate, fold = task
     member, _ = train_member(candidate.structure, scales, fold.learned, decay=candidate.decay, seed=0, stages=stages)
-    return errors_on([member], fold.shown, scales, dt)
+    return (*errors_on([member], fold.shown, scales, dt), member)
 
 
 def errors_on(members: Sequence[Member], shown: Sequence[Course], scales: Scales, dt: float) -> tuple[float, int]:

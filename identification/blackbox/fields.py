@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Protocol
 
+from identification.blackbox.band import LEVELS, Band
 from identification.errors import ModelError
 from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, type_of
 
@@ -72,3 +73,24 @@ def number_in(where: str, raw: Json) -> float:
     if isinstance(raw, bool) or not isinstance(raw, int | float) or not math.isfinite(raw):
         raise ModelError(f"{where} is {raw!r}: it must be a finite number")
     return float(raw)
+
+
+def band_to_json(band: Band | None) -> dict[str, Json]:
+    """A band as an entry of JSON data; no entry where there is none."""
+    return (
+        {} if band is None else {"band": {"floor": band.floor, "levels": list(LEVELS), "factors": list(band.factors)}}
+    )
+
+
+def band_in(data: Json) -> Band | None:
+    """The band of the file; None where it holds none; raises ModelError."""
+    if data.get("band") is None:
+        return None
+    given = object_in("band", data["band"])
+    if given.get("levels") != list(LEVELS):
+        raise ModelError(f"band.levels must be {list(LEVELS)}")
+    factors = given.get("factors")
+    if not isinstance(factors, list):
+        raise ModelError("band.factors must be a list of numbers")
+    numbers = tuple(number_in(f"band.factors[{k}]", one) for k, one in enumerate(factors))
+    return Band(number_in("band.floor", given.get("floor")), numbers)

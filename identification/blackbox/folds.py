@@ -40,12 +40,12 @@ def _without_stretch(courses: Sequence[Course], k: int, count: int) -> Fold:
     for course in courses:
         size = course.force.size
         first, last = k * size // count, (k + 1) * size // count
-        shown.append(_stretch(course, first, last))
-        learned += [_stretch(course, *ends) for ends in ((0, first), (last, size)) if ends[1] - ends[0] >= _SHORTEST]
+        shown.append(stretch_of(course, first, last))
+        learned += [stretch_of(course, *ends) for ends in ((0, first), (last, size)) if ends[1] - ends[0] >= _SHORTEST]
     return Fold(tuple(learned), tuple(shown))
 
 
-def _stretch(course: Course, first: int, last: int) -> Course:
+def stretch_of(course: Course, first: int, last: int) -> Course:
     """A stretch of a course as one of its own: its motion does not repeat."""
     series = {name: getattr(course.motion, name)[first:last] for name in ("x", "v", "a", "i", "temperature", "t")}
     motion = replace(course.motion, **series, period=0, settle=0)

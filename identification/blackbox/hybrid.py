@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +13,14 @@ from identification.blackbox.model import BlackBox
 from identification.blackbox.modelfile import blackbox_from_json, blackbox_to_json
 from identification.blackbox.samples import course_along
 from identification.blackbox.scaling import MARGIN
-from identification.errors import ModelError
+from identification.errors import ModelError, SimulationError
 from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, model_from_json
 from identification.models.motion import Motion
 from identification.models.protocol import SIGNALS, SimulationModel, TrainingRange
+from identification.models.stepping import Moment, Steppable
+
+if TYPE_CHECKING:
+    from identification.blackbox.stepping import HybridStepper
 
 Floats = NDArray[np.float64]
 
@@ -75,19 +80,47 @@ class Hybrid:
         return base + rest
 
     def parts(self, motion: Motion) -> tuple[Floats, Floats]:
-        """The force of the base and that of the network, each (N,), N."""
+        """The force of the base and that of the network, each (N,), N; an input that is no number is held for both."""
+        motion = motion.held()
         base = self.base.force(motion)
         return base, self.share(motion) * self.rest.along(course_along(motion, base))
+
+    def half_width(self, motion: Motion, level: float) -> Floats | None:
+        """Half of the width of the band of its network, (N,), N; None where that was not calibrated."""
+        if self.rest.band is None:
+            return None
+        motion = motion.held()
+        return self.rest.half_width_along(course_along(motion, self.base.force(motion)), level)
 
     def share(self, motion: Motion) -> Floats:
         """The weight w of the network, (N,)."""
         weight = np.ones(motion.x.size)
-        known = self.training_range
-        for signal, (low, high) in known.limits.items() if known else ():
-            series = getattr(motion, SIGNALS[signal])
+        for low, high, series in self._limits(motion):
             beyond = np.maximum(np.maximum(low - series, series - high), 0.0)
             weight = np.minimum(weight, np.maximum(1.0 - beyond / (MARGIN * (high - low)), 0.0))
         return weight
+
+    def weight(self, at: Moment) -> float:
+        """The weight w of the network at one moment."""
+        weight = 1.0
+        for low, high, value in self._limits(at):
+            beyond = max(low - value, value - high, 0.0)
+            weight = min(weight, max(1.0 - beyond / (MARGIN * (high - low)), 0.0))
+        return weight
+
+    def _limits(self, given: Motion | Moment) -> list[tuple[float, float, Any]]:
+        """Lowest and highest value of each signal in training, and the signal. Any: an array or a number."""
+        known = self.training_range
+        limits = known.limits.items() if known else ()
+        return [(low, high, getattr(given, SIGNALS[signal])) for signal, (low, high) in limits]
+
+    def stepper(self, dt: float) -> HybridStepper:
+        """The damper from sample to sample; raises SimulationError where `dt` is not the interval of its training."""
+        from identification.blackbox.stepping import HybridStepper, blackbox_stepper  # which is built on this module
+
+        if not isinstance(self.base, Steppable):
+            raise SimulationError(f"'{self.name}': its base, of the kind {self.base.kind}, cannot be stepped")
+        return HybridStepper(self, self.base.stepper(dt), blackbox_stepper(self.rest, dt))
 
 
 def hybrid_to_json(model: Hybrid) -> dict[str, Json]:

@@ -3,15 +3,35 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from identification.blackbox.network import Network, Sums
-from identification.blackbox.samples import Samples
+from identification.blackbox.network import Sums
 
 Floats = NDArray[np.float64]
+
+
+class Counted(Protocol):
+    """Samples, of which some count."""
+
+    @property
+    def counted(self) -> NDArray[np.bool_]: ...
+
+
+S = TypeVar("S", bound=Counted, contravariant=True)
+C = TypeVar("C", bound=Counted)
+
+
+class Trainable(Protocol[S]):
+    """A network that gives a scaled force of weights along samples, Σe², JᵀJ and Jᵀe."""
+
+    def simulate(self, weights: Floats, samples: S, horizon: int | None = None) -> Floats: ...
+    def squares(self, weights: Floats, samples: S, horizon: int | None = None) -> float: ...
+    def sums(self, weights: Floats, samples: S, force: Floats, horizon: int | None = None) -> Sums: ...
+
 
 _FIRST_DAMPING = 1e-3  # of the mean of the diagonal of JᵀJ
 _LEAST_DAMPING, _MOST_DAMPING = 1e-12, 1e8
@@ -29,9 +49,9 @@ class Trained:
 
 
 def train(
-    network: Network,
+    network: Trainable[C],
     weights: Floats,
-    samples: Samples,
+    samples: C,
     *,
     decay: float,
     horizon: int | None = None,

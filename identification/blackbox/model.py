@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.blackbox.band import Band
 from identification.blackbox.memory import remembered
 from identification.blackbox.network import network
 from identification.blackbox.samples import Course, course_along, samples_of
@@ -17,6 +19,9 @@ from identification.errors import ModelError, SimulationError
 from identification.models.inputs import MEASURED
 from identification.models.motion import Motion
 from identification.models.protocol import TrainingRange
+
+if TYPE_CHECKING:
+    from identification.blackbox.stepping import BlackBoxStepper
 
 Floats = NDArray[np.float64]
 
@@ -51,7 +56,7 @@ class BlackBox:
 
     `scales` holds a scale for the force and for every signal that a member sees. `measured` are those signals that were
     measured in its training, although they could be derived from the displacement. `facts` are figures of its
-    identification, for the reader of its file.
+    identification, for the reader of its file. `band` is None where it was not calibrated.
     """
 
     name: str
@@ -61,6 +66,7 @@ class BlackBox:
     members: tuple[Member, ...]
     measured: tuple[str, ...] = ()
     facts: Mapping[str, float] = field(default_factory=dict)
+    band: Band | None = None
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.dt) and self.dt > 0.0):
@@ -123,10 +129,31 @@ class BlackBox:
         """
         return self.along(course_along(motion))
 
+    def stepper(self, dt: float) -> BlackBoxStepper:
+        """The damper from sample to sample; raises SimulationError where `dt` is not the interval of its training."""
+        from identification.blackbox.stepping import blackbox_stepper  # which is built on this module
+
+        return blackbox_stepper(self, dt)
+
     def along(self, course: Course) -> Floats:
         """The same along a course, of which the force is not used."""
         check_rate(self.name, self.dt, course.motion.dt)
-        return np.asarray(np.median([self._along(member, course) for member in self.members], axis=0))
+        return np.asarray(np.median(self.each(course), axis=0))
+
+    def each(self, course: Course) -> Floats:
+        """The force of every member, (M, N), N."""
+        return np.array([self._along(member, course) for member in self.members])
+
+    def half_width(self, motion: Motion, level: float) -> Floats | None:
+        """Half of the width of its band, (N,), N; None where it was not calibrated; raises SimulationError."""
+        return self.half_width_along(course_along(motion), level)
+
+    def half_width_along(self, course: Course, level: float) -> Floats | None:
+        """The same along a course."""
+        if self.band is None:
+            return None
+        check_rate(self.name, self.dt, course.motion.dt)
+        return self.band.half_width(np.std(self.each(course), axis=0), level)
 
     def _along(self, member: Member, course: Course, before: float = 0.0) -> Floats:
         """Force of one member, N; `before` is the scaled force from which the lead of the run begins."""

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.blackbox.fields import (
+    band_in,
+    band_to_json,
     facts_in,
     facts_to_json,
     head_to_json,
@@ -49,6 +51,7 @@ def blackbox_from_json(data: Json) -> BlackBox:
         members=tuple(member_from_json(f"members[{k}]", one) for k, one in enumerate(members)),
         measured=tuple(names_in("measured", data.get("measured", []))),
         facts=facts_in(data),
+        band=band_in(data),
     )
 
 
@@ -60,6 +63,7 @@ def blackbox_to_json(model: BlackBox) -> dict[str, Json]:
         "measured": list(model.measured),
         "members": [member_to_json(member) for member in model.members],
         "facts": facts_to_json(model),
+        **band_to_json(model.band),
     }
 
 
@@ -81,7 +85,7 @@ def member_from_json(where: str, data: Json) -> Member:
     """One network from JSON data; raises ModelError."""
     given = object_in(where, data)
     names = names_in(f"{where}.regressors", given.get("regressors"))
-    output = _numbers(f"{where}.output", given.get("output"), None)
+    output = numbers_in(f"{where}.output", given.get("output"), None)
     try:
         structure = Structure(regressors(names), output.size)
     except ModelError as error:
@@ -94,9 +98,9 @@ def member_from_json(where: str, data: Json) -> Member:
         raise ModelError(f"{where}.hidden must be a list of {width} rows: one a regressor, and one of biases")
     hidden, padded = np.zeros((width, lanes)), np.zeros(lanes)
     for k, row in enumerate(rows):
-        hidden[k, : output.size] = _numbers(f"{where}.hidden[{k}]", row, output.size)
+        hidden[k, : output.size] = numbers_in(f"{where}.hidden[{k}]", row, output.size)
     padded[: output.size] = output
-    linear = _numbers(f"{where}.linear", given.get("linear"), width)
+    linear = numbers_in(f"{where}.linear", given.get("linear"), width)
     return Member(structure, np.concatenate([hidden.ravel(), padded, linear]))
 
 
@@ -123,7 +127,8 @@ def _scale(where: str, data: Json) -> Scale:
         raise ModelError(text if text.startswith(where) else f"{where}: {text}") from error
 
 
-def _numbers(where: str, raw: Json, count: int | None) -> Floats:
+def numbers_in(where: str, raw: Json, count: int | None) -> Floats:
+    """The numbers at a place of a file, as many as `count` where that is given; raises ModelError."""
     if not isinstance(raw, list) or (count is not None and len(raw) != count):
         raise ModelError(f"{where} must be a list of {'numbers' if count is None else f'{count} numbers'}")
     return np.array([number_in(f"{where}[{k}]", value) for k, value in enumerate(raw)])

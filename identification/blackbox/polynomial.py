@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations_with_replacement
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.blackbox.band import Band
 from identification.blackbox.memory import remembered
 from identification.blackbox.model import check_rate
 from identification.blackbox.samples import Course, Samples, course_along, samples_of
@@ -17,6 +19,9 @@ from identification.blackbox.structure import FORCE, Structure
 from identification.errors import ModelError
 from identification.models.motion import Motion
 from identification.models.protocol import TrainingRange
+
+if TYPE_CHECKING:
+    from identification.blackbox.stepping import BlackBoxStepper
 
 Floats = NDArray[np.float64]
 Term = tuple[int, ...]
@@ -83,6 +88,7 @@ class PolynomialNarx:
     terms: tuple[Term, ...]
     coefficients: Floats = field(compare=False)
     facts: Mapping[str, float] = field(default_factory=dict)
+    band: Band | None = None
 
     def __post_init__(self) -> None:
         count = len(self.structure.regressors)
@@ -133,6 +139,16 @@ class PolynomialNarx:
         """Force along a motion from its inputs alone, (N,), N: finite and bounded; raises SimulationError."""
         return self.along(course_along(motion))
 
+    def stepper(self, dt: float) -> BlackBoxStepper:
+        """The damper from sample to sample; raises SimulationError where `dt` is not the interval of its training."""
+        from identification.blackbox.stepping import polynomial_stepper  # which is built on this module
+
+        return polynomial_stepper(self, dt)
+
+    def half_width(self, motion: Motion, level: float) -> Floats | None:
+        """Half of the width of its band, (N,), N, the same everywhere; None where it was not calibrated."""
+        return None if self.band is None else self.band.half_width(np.zeros(motion.x.size), level)
+
     def memory(self, course: Course) -> float:
         """How long it remembers its start along a course, s, from the lowest and the highest force; may be infinite."""
         one, other = (self.along(course, before) for before in self.scales[FORCE].edges)
@@ -152,6 +168,15 @@ def simulated(
     structure: Structure, terms: Sequence[Term], coefficients: Floats, samples: Samples, edges: tuple[float, float]
 ) -> Floats:
     """The scaled force of a polynomial in free run, (N,), cut at the edges."""
+    force = np.empty(samples.force.size)
+    prepared(structure, terms, coefficients, samples, edges)(force)
+    return force
+
+
+def prepared(
+    structure: Structure, terms: Sequence[Term], coefficients: Floats, samples: Samples, edges: tuple[float, float]
+) -> Callable[[Floats], None]:
+    """The loop on some samples: it fills the scaled force (N,) from what the samples hold when it is called."""
     from identification.blackbox.loops import polynomial  # compiled where it is used
 
     degree = max(max((len(term) for term in terms), default=1), 1)
@@ -159,10 +184,13 @@ def simulated(
     table = np.full((len(terms), degree), len(structure.regressors), dtype=np.int64)
     for k, term in enumerate(terms):
         table[k, : len(term)] = term
-    force, phi = np.empty(samples.force.size), np.ones(len(structure.regressors) + 1)
-    delays = np.array(structure.fed_back, dtype=np.int64)
-    polynomial(coefficients, table, delays, samples.inputs, samples.begin, samples.force, np.array(edges), phi, force)
-    return force
+    phi = np.ones(len(structure.regressors) + 1)
+    delays, limits = np.array(structure.fed_back, dtype=np.int64), np.array(edges)
+
+    def run(force: Floats) -> None:
+        polynomial(coefficients, table, delays, samples.inputs, samples.begin, samples.force, limits, phi, force)
+
+    return run
 
 
 def regressors_of(samples: Samples, delays: Sequence[int]) -> Floats:

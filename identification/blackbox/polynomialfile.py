@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from identification.blackbox.fields import (
+    band_in,
+    band_to_json,
     facts_in,
     facts_to_json,
     head_to_json,
@@ -34,6 +36,7 @@ def polynomial_to_json(model: PolynomialNarx) -> dict[str, Json]:
             for term, value in zip(model.terms, model.coefficients, strict=True)
         ],
         "facts": facts_to_json(model),
+        **band_to_json(model.band),
     }
 
 
@@ -58,6 +61,7 @@ def polynomial_from_json(data: Json) -> PolynomialNarx:
             [number_in(f"terms[{k}].coefficient", p.get("coefficient")) for k, p in enumerate(parts)]
         ),
         facts=facts_in(data),
+        band=band_in(data),
     )
 
 

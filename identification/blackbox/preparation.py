@@ -12,12 +12,13 @@ from scipy.signal import resample_poly
 from identification.blackbox.samples import Course
 from identification.errors import DataError
 from identification.models.inputs import MEASURED, with_measured
-from identification.models.protocol import SimulationModel
+from identification.models.protocol import SIGNALS, SimulationModel
 from identification.models.simulation import name_of
 from identification.record import compact, record_from_run
 from rigctl.runfile import Run
 
 _LARGEST_PART = 1000  # of the ratio of two rates
+_VARIES = 1e-9  # of the highest value: rounding is no variation
 _HELD = ("current",)  # between samples it is held: a filter would put its step elsewhere
 
 
@@ -39,6 +40,25 @@ def course_of(run: Run, measured: Sequence[str], base: SimulationModel | None = 
         return Course(motion, record.force, counted)
     model = base.force(motion)
     return Course(motion, record.force - model, counted, model)
+
+
+def absent_signals(runs: Sequence[Run], courses: Sequence[Course]) -> list[str]:
+    """Current and temperature, where they do not vary over the runs; raises DataError where only some runs have one."""
+    return [channel for channel in ("current", "temperature") if not _varies(channel, runs, courses)]
+
+
+def _varies(channel: str, runs: Sequence[Run], courses: Sequence[Course]) -> bool:
+    """Whether a channel varies over the runs; raises DataError where some have it and others do not."""
+    having = [one for one in runs if channel in one.channels]
+    if not having:
+        return False
+    low, high = (f([f(getattr(one.motion, SIGNALS[channel])) for one in courses]) for f in (np.min, np.max))
+    if high - low <= _VARIES * max(abs(low), abs(high)):
+        return False
+    if len(having) < len(runs):
+        lacking = next(one for one in runs if channel not in one.channels)
+        raise DataError(f"{name_of(lacking)} has no {channel}, {name_of(having[0])} has: give runs that all have it")
+    return True
 
 
 def at_one_rate(runs: Sequence[Run], rate_hz: float | None) -> list[Run]:

@@ -8,7 +8,7 @@ from itertools import product
 
 from identification.blackbox.choose import Candidate
 from identification.blackbox.structure import Structure, regressors
-from identification.blackbox.training import FULL, PREDICTOR, QUICK, Stage
+from identification.blackbox.training import FULL, PREDICTOR, QUICK, QUICK_PREDICTOR, Stage
 
 NODES = 12  # a multiple of four: the loops compute four at once; weight decay takes back what is too many
 
@@ -56,14 +56,14 @@ _LEFT = tuple(f"{text} M0 M1" for text in (*_FED[:3], "x0 v0 v1 a0 i0 i1"))
 RECIPES: Mapping[str, Recipe] = {
     "nnoe": Recipe(regressors=_FED, nodes=NODES, decays=_DECAYS, quick=QUICK, full=FULL, best=3, starts=2),
     "narx": Recipe(
-        regressors=_FED, nodes=NODES, decays=_DECAYS, quick=(PREDICTOR,), full=(PREDICTOR,), best=1, starts=1
+        regressors=_FED, nodes=NODES, decays=_DECAYS, quick=QUICK_PREDICTOR, full=PREDICTOR, best=1, starts=1
     ),
     "mlp": Recipe(
-        regressors=("x0 v0 a0 i0",), nodes=NODES, decays=_DECAYS, quick=(PREDICTOR,), full=(PREDICTOR,), best=1,
+        regressors=("x0 v0 a0 i0",), nodes=NODES, decays=_DECAYS, quick=QUICK_PREDICTOR, full=PREDICTOR, best=1,
         starts=1,
     ),
     "arx": Recipe(
-        regressors=_LINEAR, nodes=0, decays=(0.2, 20.0), quick=(PREDICTOR,), full=(PREDICTOR,), best=1,
+        regressors=_LINEAR, nodes=0, decays=(0.2, 20.0), quick=QUICK_PREDICTOR, full=PREDICTOR, best=1,
         starts=1,
     ),
     "hybrid": Recipe(regressors=_LEFT, nodes=NODES, decays=_DECAYS, quick=QUICK, full=FULL, best=3, starts=2),

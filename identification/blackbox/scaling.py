@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import ModelError
+from identification.models.motion import held
 
 Floats = NDArray[np.float64]
 
@@ -63,9 +64,6 @@ def seen(scale: Scale, values: Floats) -> Floats:
 
     What comes before the first finite value is the centre.
     """
-    finite = np.isfinite(values)
-    if not finite.all():
-        held = np.maximum.accumulate(np.where(finite, np.arange(values.size), -1))
-        values = np.where(held < 0, scale.centre, values[np.maximum(held, 0)])
+    values = held(values, scale.centre)
     margin = MARGIN * (scale.high - scale.low)
     return (np.clip(values, scale.low - margin, scale.high + margin) - scale.centre) / scale.size

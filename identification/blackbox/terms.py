@@ -10,6 +10,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.blackbox.band import LeftOut
 from identification.blackbox.folds import Fold, folds_of
 from identification.blackbox.polynomial import (
     PolynomialNarx,
@@ -91,6 +92,17 @@ def _squares(model: PolynomialNarx, course: Course, scales: Scales) -> float:
     error = (course.force - model.along(course))[course.counted] / scales[FORCE].size
     spread = (course.force[course.counted] - scales[FORCE].centre) / scales[FORCE].size
     return min(float(error @ error), float(spread @ spread))
+
+
+def left_out(best: Polynomial, courses: Sequence[Course], scales: Scales, dt: float) -> list[LeftOut]:
+    """Errors, N, on each part of the polynomial that was not fitted to it; the spread of one model is 0."""
+    parts = []
+    for fold in folds_of(courses):
+        terms = ranking(best.structure, best.degree, fold.learned, scales)[: best.terms]
+        model = polynomial_of(best.structure, terms, fold.learned, scales, dt)
+        errors = np.concatenate([(one.force - model.along(one))[one.counted] for one in fold.shown])
+        parts.append(LeftOut(errors, np.zeros(errors.size)))
+    return parts
 
 
 def ranking(structure: Structure, degree: int, courses: Sequence[Course], scales: Scales) -> list[Term]:

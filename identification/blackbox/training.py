@@ -13,6 +13,7 @@ from identification.blackbox.model import Member
 from identification.blackbox.network import network
 from identification.blackbox.samples import Course, samples_of
 from identification.blackbox.scaling import Scales, scale_of
+from identification.blackbox.share import fair_share
 from identification.blackbox.structure import FORCE, Structure
 from identification.errors import DataError, ModelError
 
@@ -21,18 +22,36 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """Steps of least squares in which the force is fed back over no more than `horizon` samples; None: all."""
+    """Steps of least squares in which the force is fed back over no more than `horizon` samples; None: all.
+
+    It learns from a fair share of about `samples` samples; None: from all, in steps for which `REFINED` allows.
+    """
 
     horizon: int | None
     most_steps: int
     tolerance: float
+    samples: int | None
 
 
 # A predictor is fitted first: its error is smooth in its weights. Fed back, it is often unstable, and the gradient of a
 # long free run is then useless; over stretches that grow it finds a stable one on the way.
-PREDICTOR = Stage(1, 40, 1e-4)
-FULL = (PREDICTOR, Stage(20, 15, 1e-3), Stage(100, 15, 1e-3), Stage(500, 15, 1e-3), Stage(None, 100, 1e-4))
-QUICK = (Stage(1, 20, 1e-3), Stage(20, 10, 1e-3), Stage(None, 25, 1e-3))
+#
+# Of a long training a share is learned, then a few steps refine on everything. Half of each number of samples: the
+# search sees less of what is rare; double: it takes twice as long.
+_JUDGED, _LEARNED = 5_000, 10_000
+REFINED = 400_000  # samples × steps of a refinement: two seconds of a network of 12 nodes
+_LEAST_STEPS = 3
+PREDICTOR = (Stage(1, 40, 1e-4, _LEARNED), Stage(1, 40, 1e-4, None))
+FULL = (
+    Stage(1, 40, 1e-4, _LEARNED),
+    Stage(20, 15, 1e-3, _LEARNED),
+    Stage(100, 15, 1e-3, _LEARNED),
+    Stage(500, 15, 1e-3, _LEARNED),
+    Stage(None, 100, 1e-4, _LEARNED),
+    Stage(None, 40, 1e-4, None),
+)
+QUICK = (Stage(1, 20, 1e-3, _JUDGED), Stage(20, 10, 1e-3, _JUDGED), Stage(None, 25, 1e-3, _JUDGED))
+QUICK_PREDICTOR = (Stage(1, 40, 1e-4, _JUDGED),)
 
 
 def scales_of(courses: Sequence[Course], signals: Sequence[str]) -> Scales:
@@ -69,17 +88,34 @@ def train_member(
     stages: Sequence[Stage] = FULL,
 ) -> tuple[Member, Trained]:
     """One network from one random start, through all stages."""
-    samples, net = samples_of(courses, structure, scales), network(structure, scales)
-    weights = first_weights(structure, seed)
+    net, weights = network(structure, scales), first_weights(structure, seed)
+    whole = _counted(courses)
+    done: tuple[int | None, int] | None = None  # horizon and samples of the stage before
     for stage in stages:
+        seen = list(courses) if stage.samples is None else fair_share(courses, stage.samples)
+        count = _counted(seen)
+        if done == (stage.horizon, count):
+            continue  # the share was everything
+        if done is None or done[1] != count:
+            samples = samples_of(seen, structure, scales)
         trained = train(
             net,
             weights,
             samples,
-            decay=decay,
+            decay=decay * count / whole,  # beside the error of a sample it weighs what it weighs on the whole
             horizon=stage.horizon,
-            most_steps=stage.most_steps,
+            most_steps=_steps(stage, count),
             tolerance=stage.tolerance,
         )
-        weights = trained.weights
+        weights, done = trained.weights, (stage.horizon, count)
     return Member(structure, weights), trained
+
+
+def _counted(courses: Sequence[Course]) -> int:
+    return sum(int(one.counted.sum()) for one in courses)
+
+
+def _steps(stage: Stage, count: int) -> int:
+    if stage.samples is not None:
+        return stage.most_steps
+    return min(stage.most_steps, max(_LEAST_STEPS, REFINED // max(count, 1)))

@@ -12,6 +12,7 @@ from identification.discrepancy.excess import excess_of
 from identification.discrepancy.explanation import Effect, Explanation, Traces, Verdict, report_data
 from identification.discrepancy.naming import Compared
 from identification.discrepancy.shapes import shapes
+from identification.discrepancy.sheet_figures import sheet_figures
 from identification.discrepancy.trials import Trial, allowance
 from identification.physical.elements import CATALOGUE
 from identification.report import PageData, fingerprint
@@ -27,6 +28,7 @@ from identification.report.page_data import (
     Strengths,
     Words,
 )
+from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
 
@@ -39,8 +41,11 @@ _BANDS = 160
 _ABS_OF = ("speed", "stroke")  # variables whose profile shows nothing that velocity and displacement do not
 
 
-def page_data(e: Explanation, *, reproduce: str = "") -> PageData:
-    """Everything that the page draws beside report.json. `reproduce` is the command that explains again."""
+def page_data(e: Explanation, *, reproduce: str = "", runs: Sequence[Run] = ()) -> PageData:
+    """Everything that the page draws beside report.json. `reproduce` is the command that explains again.
+
+    `runs` are those whose characteristic sheet stands on the page, where they allow one.
+    """
     traces = {held: [t for t in e.traces if t.held_out is held] for held in (False, True)}
     shown = traces[True] or traces[False]
     differs = e.verdict != Verdict.NO_DISCREPANCY
@@ -62,6 +67,7 @@ def page_data(e: Explanation, *, reproduce: str = "") -> PageData:
         as_good=tuple(AsGood(element=f.element, others=_as_good(e, f)) for f in e.effects),
         ruled_out=_ruled_out(e),
         base=_base(e),
+        sheet=sheet_figures(runs),
     )
 
 

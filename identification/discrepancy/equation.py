@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
+from identification.compiled import compiled
 from identification.criteria import CHANCE, FORM, TEXT
 from identification.discrepancy.signatures import Tangent
 from identification.record import Record
@@ -171,8 +171,18 @@ def _memory(r: Record, s: _Scales, v: Floats, sign: Floats, ν: str) -> dict[str
 
 
 def _lag(u: Floats, dt: float, tau: float) -> Floats:
-    q = float(np.exp(-dt / tau))
-    return np.asarray(lfilter([1.0 - q], [1.0, -q], u, zi=[q * u[0]])[0])
+    y = np.empty_like(u)
+    _lagged(u, float(np.exp(-dt / tau)), y)
+    return y
+
+
+@compiled
+def _lagged(u: Floats, q: float, y: Floats) -> None:
+    """y_k = q·y_(k−1) + (1 − q)·u_k from rest at u_0, into y: compiled, for the import of scipy.signal takes 0.5 s."""
+    last = u[0]
+    for k in range(u.size):
+        last = q * last + (1.0 - q) * u[k]
+        y[k] = last
 
 
 def _matrix(columns: Mapping[str, Floats], chosen: Sequence[str]) -> Floats:

@@ -10,6 +10,8 @@ import numpy as np
 from identification.criteria import BUDGET, CHANCE
 from identification.datachecks import findings_in
 from identification.discrepancy.candidates import remove_limits
+from identification.discrepancy.distortion import distortion_of
+from identification.discrepancy.excess import excess_of, material_excess, significant_excess
 from identification.discrepancy.explanation import Explanation, NextTest, Traces
 from identification.discrepancy.hum import Hum, find_hum, hum_in
 from identification.discrepancy.naming import Compared
@@ -27,6 +29,7 @@ from identification.discrepancy.notes import (
 from identification.discrepancy.odd import is_odd, odd_run, words_for
 from identification.discrepancy.passes import search_in_passes
 from identification.discrepancy.preparation import prepared
+from identification.discrepancy.unseen import gap_on
 from identification.discrepancy.verdict import (
     SearchResult,
     judge,
@@ -80,7 +83,9 @@ def explain(
         result = _search(model, base, None, train, held, lambda text, done: report(text, max(done, 0.5)))
     result, odd = _without_odd_run(model, result, train, held, report)
     report("fitting the named effects", 0.8)
-    return _conclude(model, result, odd, findings_in([*runs, *(held_out or ())]), report)
+    every = [*runs, *(held_out or ())]
+    found = _conclude(model, result, odd, findings_in(every), report)
+    return replace(found, distortion=distortion_of(every, found.traces))
 
 
 def _without_odd_run(
@@ -114,10 +119,19 @@ def _search(
         quiet, base = pieces, fit_records(base.model, pieces)
     report("searching for missing effects", 0.2)
     unseen = _remove_hum(base, hum, held)
+    only_held_out = not _is_seen(base, quiet) and gap_on(unseen, base, quiet)
+    if only_held_out:  # the doubt about their noise is no longer what decides
+        quiet = [replace(r, modelled=0.0, independent=1.0, floor_variance=1.0) for r in quiet]
     found, evidence, withheld = search_in_passes(model, base, quiet, unseen, lambda text: report(text, 0.4))
     return SearchResult(
-        base=base, found=found, evidence=evidence, withheld=withheld, hum=hum, train=train, held=held, quiet=quiet
-    )
+        base=base, found=found, evidence=evidence, withheld=withheld, hum=hum, train=train, held=held, quiet=quiet,
+        only_held_out=only_held_out,
+    )  # fmt: skip
+
+
+def _is_seen(base: Fit, records: Sequence[Record]) -> bool:
+    """Whether the fitted runs show a gap."""
+    return excess_of(base) > max(material_excess(records), significant_excess(records))
 
 
 def _find_hum(model: Model, train: Sequence[Record]) -> Hum | None:

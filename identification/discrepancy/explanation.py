@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
 
@@ -84,6 +84,16 @@ class Traces:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Distortion:
+    """Force and gap by kind before any model, N rms: what is odd, what is even, what is noise."""
+
+    runs: tuple[str, ...]  # that tell it
+    force: Mapping[str, float]  # rms, linear, odd, even, noise
+    gap: Mapping[str, float]  # of the refitted base: odd, even, offset, noise
+    text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Explanation:
     """Everything that `explain` found; `report_data` turns it into the JSON of report.json."""
 
@@ -104,6 +114,7 @@ class Explanation:
     compared: Mapping[str, Compared]
     traces: tuple[Traces, ...]
     notes: tuple[str, ...]
+    distortion: Distortion | None = None  # None where no run tells odd from even
 
 
 def report_data(e: Explanation) -> dict[str, Any]:
@@ -132,6 +143,7 @@ def report_data(e: Explanation) -> dict[str, Any]:
             "train": [t.record.name for t in e.traces if not t.held_out],
             "held_out": [t.record.name for t in e.traces if t.held_out],
         },
+        "distortion": None if e.distortion is None else asdict(e.distortion),
         "notes": [*e.notes, *aliases([f.element for f in e.effects])],
     }
 

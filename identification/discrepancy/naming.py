@@ -98,7 +98,29 @@ def search_from(
         if improved is None or len(improved.moves) > BUDGET.most_moves:
             break
         state = improved
-    return state
+    return _beside_form(state, records) if state.names and not gap_remains(state, records) else state
+
+
+def _beside_form(state: Search, records: Sequence[Record]) -> Search:
+    """Add a name that closes nearly all that is missing without it, though that is within the tolerance of form.
+
+    A departure of form is no element of its own; only a curve over velocity may look like that of another one.
+    """
+    known = max(material_excess(records), significant_excess(records))
+    if state.excess <= known or len(state.names) == FORM.most_effects:
+        return state
+    curves = [name for name, spec in CATALOGUE.items() if spec.bent or spec.dry_friction]
+    improved = _add_best(state, records, excluded=curves)
+    return state if improved is None or not _closes_nearly_all(improved, state) else improved
+
+
+def _closes_nearly_all(improved: Search, state: Search) -> bool:
+    """Whether the latest name leaves a minor part of what is missing without it."""
+    latest = improved.names[-1]
+    if latest in state.names:
+        return False
+    missing = excess_of(improved.compared[latest].without)
+    return improved.excess < min(state.excess, FORM.minor * missing)
 
 
 def steps(last: Search) -> list[tuple[Search, Search]]:
@@ -159,8 +181,11 @@ def improve_once(state: Search, records: Sequence[Record], revise: Revise | None
     """
     improved = _add_best(state, records, revise=revise)
     twice = improved is not None and sum(e.spec.dry_friction for e in _named(improved)) > 1
-    dry = [name for name, spec in CATALOGUE.items() if spec.dry_friction]
-    return _add_best(state, records, excluded=dry, revise=revise) if twice else improved
+    return _add_best(state, records, excluded=_dry_frictions(), revise=revise) if twice else improved
+
+
+def _dry_frictions() -> list[str]:
+    return [name for name, spec in CATALOGUE.items() if spec.dry_friction]
 
 
 def _named(state: Search) -> list[Element]:
@@ -265,7 +290,7 @@ def repeat_trials(
 ) -> Search:
     """Try a name again beside the others: drop it, keep it, or put a better one in its place.
 
-    `trials` are made as by the function of this name.
+    `trials` are made as by the function of this name. Beside a dry friction no other one is put in its place.
     """
     rest = fit_without(state.fit, name, records)
     if rest is None:
@@ -273,7 +298,11 @@ def repeat_trials(
     form = FORM.tolerance**2 * contribution(state.fit.model, name, records)
     if excess_of(rest) <= state.excess + form + CHANCE.slack:
         return _drop(state, name, rest)
-    tried = trials(rest, _given_with_names(state).without(name), records, incumbent=name, beside=state.fit.model)
+    beside_dry = any(e.spec.dry_friction for e in _named(state) if e.id != name)
+    tried = trials(
+        rest, _given_with_names(state).without(name), records, incumbent=name, beside=state.fit.model,
+        excluded=[n for n in _dry_frictions() if n != name_of(name)] if beside_dry else (),
+    )  # fmt: skip
     found = [_replace_stuck(t, state, rest, records) if t.id == name else t for t in tried]
     own = choose([t for t in found if t.id == name])
     if own is not None and own.excess < state.excess - CHANCE.slack:  # it was in a worse local minimum

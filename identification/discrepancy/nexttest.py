@@ -204,12 +204,15 @@ def _expected_record(config: Mapping[str, Any], records: Sequence[Record]) -> Re
     excitation = test_from_config(dict(config)).excitation
     period = excitation.period_samples if excitation.samples >= 2 * excitation.period_samples else 0
     noise = float(np.median([r.sigma for r in records]))
+    # A period may hold several cycles, and the settling ones be a part of it: whole periods, counted from the end.
+    whole = slice(excitation.samples % period if period else 0, None)
+    settle = int(config.get("settling_cycles", 1))
     record = record_to_come(
-        excitation.displacement_m,
+        excitation.displacement_m[whole],
         excitation.sample_rate_hz,
-        current=excitation.current_a,
+        current=None if excitation.current_a is None else excitation.current_a[whole],
         period=period,
-        settle=int(config.get("settling_cycles", 1)) if period else 0,
+        settle=min(settle, excitation.samples // period - 1) if period else 0,
         sigma=noise,
         kind=str(excitation.kind),
     )

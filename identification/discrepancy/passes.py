@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from identification.criteria import FORM
 from identification.discrepancy.evidence import Evidence
-from identification.discrepancy.naming import Compared, Search, drop_departures, fit_without, gap_remains
+from identification.discrepancy.naming import Compared, Search, drop_departures, fit_without, gap_remains, steps
 from identification.discrepancy.search import search
 from identification.discrepancy.verdict import drop_doubtful
 from identification.fitting.leastsquares import Fit
@@ -47,9 +47,24 @@ def _one_pass(
     report: Report,
 ) -> Found:
     found = search(given, base, records, earlier=earlier, on_progress=report)
+    stands, evidence, withheld = _standing(found, records, held_out)
+    return stands, [e for e in evidence if e.name in stands.names], withheld
+
+
+def _standing(found: Search, records: Sequence[Record], held_out: Sequence[Record]) -> Found:
+    """The names of a search that stand; where none does, those of the latest earlier step of which one does.
+
+    A name that stood alone may have been exchanged for one that fits only beside a name that does not stand.
+    """
+    first = _judged(found, records, held_out)
+    shorter = (before for before, _ in steps(found) if before.names)
+    judged = (_judged(before, records, held_out) for before in shorter)
+    return first if first[0].names else next((j for j in judged if j[0].names), first)
+
+
+def _judged(found: Search, records: Sequence[Record], held_out: Sequence[Record]) -> Found:
     found, evidence, withheld = drop_doubtful(found, records, held_out)
-    found = drop_departures(found, records)
-    return found, [e for e in evidence if e.name in found.names], withheld
+    return drop_departures(found, records), evidence, withheld
 
 
 def _together(found: Search, more: Search, records: Sequence[Record]) -> Search:

@@ -36,8 +36,11 @@ def margin_of(rivals: list[Rival]) -> float:
 
 
 def beside_a_curve(found: Search, name: str) -> bool:
-    """Whether a name is a curve over velocity and the base has one of its own."""
-    return found.fit.model.element(name).spec.bent and any(e.spec.carries for e in found.given.on("core"))
+    """Whether a name is a bent curve over velocity and the base has one too, whose form may be what is wrong.
+
+    A straight one has no form to be wrong: a bend beside it is what it lacks.
+    """
+    return found.fit.model.element(name).spec.bent and any(e.spec.bent for e in found.given.on("core"))
 
 
 def _rival(chosen: Trial, other: Trial) -> Rival:

@@ -37,6 +37,7 @@ class Trial:
     measured: float  # whitened energy of the measured force
     force: float  # the measured force, N rms
     stroke: float  # the longest, m
+    swing: float  # the largest of the current within one record, A
 
     @property
     def own(self) -> Element:
@@ -232,7 +233,9 @@ def _fit_candidate(candidate: _Candidate, its: _Round) -> Trial | None:
     if full:
         raw = min(fits, key=_merit)
         fits.append(refine_curve(raw, raw.model.ids.index(candidate.id), its.records))
-    return trial_of(min(fits, key=_merit), candidate.id, its.start, its.records, candidate.promised)
+    with suppress(SimulationError):
+        return trial_of(min(fits, key=_merit), candidate.id, its.start, its.records, candidate.promised)
+    return None
 
 
 def trial_of(fit: Fit, own_id: str, start: Fit, records: Sequence[Record], screened: float) -> Trial:
@@ -250,6 +253,7 @@ def trial_of(fit: Fit, own_id: str, start: Fit, records: Sequence[Record], scree
         measured=sum(float(np.dot(r.measured, r.measured)) / r.sigma**2 for r in records),
         force=float(np.sqrt(np.mean(np.concatenate([r.measured for r in records]) ** 2))),
         stroke=max(float(np.ptp(r.motion.x)) for r in records),
+        swing=max(float(np.ptp(r.motion.i)) for r in records),
     )
 
 
@@ -368,7 +372,8 @@ def overpowers(trial: Trial) -> bool:
 def is_mistaken(trial: Trial) -> bool:
     """Whether the fit made of the element what another one is, such as a play that only gives way."""
     own = trial.own
-    around = Surroundings(others=_others(own, trial.fit.model), force=trial.force, stroke=trial.stroke)
+    others = _others(own, trial.fit.model)
+    around = Surroundings(others=others, force=trial.force, stroke=trial.stroke, swing=trial.swing)
     return own.spec.mistaken is not None and own.spec.mistaken(own.values(), around)
 
 

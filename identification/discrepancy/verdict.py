@@ -44,6 +44,7 @@ class SearchResult:
     train: Sequence[Record]
     held: Sequence[Record]
     quiet: Sequence[Record]
+    only_held_out: bool = False  # the held-out runs show a gap of the base, the fitted ones do not
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -117,7 +118,7 @@ def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judge
     verdict = _verdict(result, held)
     residuals = [r.measured - predict(result.base.model, r)[0] for r in result.quiet]
     regions, profiles = locate(residuals, result.quiet)
-    stays = _remainder(verdict, result, regions, train.noise_floor) + _held_out_remainder(verdict, held, traces)
+    stays = _remainder(verdict, result, regions, train.noise_floor) + _held_out_remainder(verdict, result, held, traces)
     nothing = verdict == Verdict.NO_DISCREPANCY
     return Judgement(
         verdict=verdict,
@@ -140,7 +141,7 @@ def test_is_worthwhile(judged: Judgement, runs: int) -> bool:
 def _verdict(result: SearchResult, held: Gaps) -> Verdict:
     if not result.names:
         gap = result.found.excess > max(material_excess(result.quiet), significant_excess(result.quiet))
-        return Verdict.UNKNOWN_EFFECT if gap else Verdict.NO_DISCREPANCY
+        return Verdict.UNKNOWN_EFFECT if gap or result.only_held_out else Verdict.NO_DISCREPANCY
     left = _left_over(result.found, result.hum, result.quiet) or not _carries_over(held)
     return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
 
@@ -218,6 +219,8 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
         return f"{size:.3g} N rms stays, within the tolerance of the canonical forms"
     if verdict == Verdict.PARTLY_EXPLAINED and size < CHANCE.near_floor * noise_floor:
         return f"on the fitted runs the named effects leave {size:.3g} N rms beyond the noise"
+    if result.only_held_out and not result.names:
+        return "on the fitted runs nothing stays beyond the noise"
     where = regions[0].text if regions else "spread over all runs"
     like = describe(records, tangent(found.fit.model, records)).text
     if verdict == Verdict.UNKNOWN_EFFECT:
@@ -233,9 +236,10 @@ def _beyond_noise(fit: Fit, records: Sequence[Record]) -> float:
     return float(np.sqrt(max(energy, 0.0) / fit.samples))
 
 
-def _held_out_remainder(verdict: Verdict, held: Gaps, traces: Sequence[Traces]) -> str:
-    """What a partly explained gap leaves on held-out runs, where that is more than allowed."""
-    if verdict != Verdict.PARTLY_EXPLAINED or _carries_over(held):
+def _held_out_remainder(verdict: Verdict, result: SearchResult, held: Gaps, traces: Sequence[Traces]) -> str:
+    """What stays on held-out runs: of a partly explained gap more than allowed, or a gap that only they show."""
+    partly = verdict == Verdict.PARTLY_EXPLAINED and not _carries_over(held)
+    if not partly and (result.names or not result.only_held_out):
         return ""
     rests = {t.record.name: float(np.sqrt(np.mean((t.record.measured - t.final) ** 2))) for t in traces if t.held_out}
     worst = max(rests, key=lambda name: rests[name])

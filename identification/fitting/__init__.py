@@ -1,6 +1,7 @@
 """Least squares over several runs, with exact gradients and uncertainty."""
 
 from identification.fitting.advice import warnings
+from identification.fitting.asked import fit_as_asked
 from identification.fitting.base import simple_base
 from identification.fitting.described import Intervals, fit_data, fit_text
 from identification.fitting.fit import fit
@@ -15,6 +16,7 @@ __all__ = [
     "ManyFits",
     "Profile",
     "fit",
+    "fit_as_asked",
     "fit_data",
     "fit_from_many",
     "fit_records",

@@ -21,6 +21,11 @@ def simple_base(runs: Sequence[Run]) -> Model:
 
     The damping and the yield force depend on the current where one is recorded. Raises DataError as `fit` does.
     """
+    return fit(simple_start(runs), runs, starts=STARTS).model
+
+
+def simple_start(runs: Sequence[Run]) -> Model:
+    """The same before the fit, its parameters of the size of the runs; raises DataError as `record_from_run` does."""
     records = [record_from_run(one) for one in runs]
     scales = scales_of(records, gap=0.0)
     controlled = any(one.has_current for one in records)
@@ -29,4 +34,4 @@ def simple_base(runs: Sequence[Run]) -> Model:
     gains = {"c": 0.1 * c, "alpha": 0.1 * yields} if controlled else {}
     rows = yielding(c, yields, 2.0 / scales.v_rms, 0.05 * scales.force / scales.x_rms, offset, gains)
     parts = tuple(element(name, values) for name, values in rows)
-    return fit(Model(name="base", elements=parts), runs, starts=STARTS).model
+    return Model(name="base", elements=parts)

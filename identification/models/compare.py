@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import DataError, SimulationError
+from identification.models.band import covered, half_width_of
 from identification.models.inputs import is_periodic, motion_of, periods, settling_periods, with_measured
 from identification.models.measures import Score, score_signals
 from identification.models.motion import Motion
@@ -42,7 +43,9 @@ class Cell:
     cost_ns: float | None  # a sample
     left: Mapping[str, float] | None
     failure: str = ""
+    covered: float | None = None  # share of the samples within the model's band of 90 %; None where it has none
     force: Floats | None = field(default=None, repr=False, compare=False)  # (N,), N, for drawings
+    half: Floats | None = field(default=None, repr=False, compare=False)  # (N,), N, half of the width of the band
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -167,7 +170,12 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
 def _cell_data(cell: Cell) -> dict[str, Any]:
     figures = dict.fromkeys(("rms", "rrmsse", "fit", "eearth")) if cell.score is None else asdict(cell.score)
     left = None if cell.left is None else dict(cell.left)
-    return figures | {"cost_ns_per_sample": cell.cost_ns, "outside_training": left, "failure": cell.failure or None}
+    return figures | {
+        "cost_ns_per_sample": cell.cost_ns,
+        "outside_training": left,
+        "coverage_90": cell.covered,
+        "failure": cell.failure or None,
+    }
 
 
 def check_comparison(models: Sequence[SimulationModel], runs: Sequence[Run]) -> None:
@@ -206,10 +214,13 @@ def _cell(model: SimulationModel, course: Course, clock: Clock) -> Cell:
     left = None if ranged is None else ranged.left(motion)
     try:
         force = for_every_sample(model.force(motion), motion, run)
+        width = half_width_of(model, motion)
         cost = _cost_ns(model, replace(motion, settle=0), clock)
     except SimulationError as error:
         return Cell(score=None, cost_ns=None, left=left, failure=str(error))
-    return Cell(score=score_signals(run.channels["force"], force), cost_ns=cost, left=left, force=force)
+    measured, half = run.channels["force"], None if width is None else for_every_sample(width, motion, run)
+    held = None if half is None else covered(measured, force, half)
+    return Cell(score=score_signals(measured, force), cost_ns=cost, left=left, covered=held, force=force, half=half)
 
 
 def _cost_ns(model: SimulationModel, motion: Motion, clock: Clock) -> float:

@@ -37,7 +37,8 @@ only compared. rms: of measured minus simulated force over all samples. rrmsse: 
 about its mean. Fit: 100 − rrmsse. EEARTH: phase, magnitude and slope of the time history, 1 is perfect. Cost: median
 time of repeated simulation of all samples, over their number, on the machine that made this page; that of an FMU
 includes its start and the transfer to its process. Parameters: those that a fit may move, of all. Noise: the difference
-between the periods of the force, which no model can explain."""
+between the periods of the force, which no model can explain. Pale: the band within which a model expects 90 % of the
+measured samples; that share as it came out stands in the table of the runs."""
 
 
 def write_comparison(path: Path, comparison: Comparison) -> None:
@@ -156,6 +157,8 @@ def _run_cell(cell: Cell, least: float | None) -> str:
         f"<small>{escape(name)}: {100 * share:.0f} % outside training</small>"
         for name, share in (cell.left or {}).items()
     )
+    if cell.covered is not None:
+        outside += f"<small>90 % band holds {100 * cell.covered:.0f} %</small>"
     # White below 1 %, full colour at 100 %: an error is judged by its order.
     depth = min(max(math.log10(max(s.rrmsse, 1e-9)) / 2.0, 0.0), 1.0)
     style = f'style="background:rgba(209,73,91,{0.55 * depth:.2f})"'
@@ -181,6 +184,17 @@ def courses(rows: Sequence[Row], runs: Sequence[Course], colours: dict[str, str]
             for rank, row in reversed(list(enumerate(rows, start=1)))  # the best on top
             if (force := row.cells[k].force) is not None
         ]
+        for row in reversed(rows):
+            cell = row.cells[k]
+            if cell.force is not None and cell.half is not None:
+                edges = (cell.force[shown] - cell.half[shown], cell.force[shown] + cell.half[shown])
+                for edge, fill in zip(edges, (None, "tonexty"), strict=True):
+                    figure.add_scatter(
+                        x=time, y=edge, mode="lines", line={"width": 0, "color": colours[row.label]}, fill=fill,
+                        fillcolor=_pale(colours[row.label]), legendgroup=escape(row.label), showlegend=False,
+                        hoverinfo="skip", visible=k == 0, row=1, col=1,
+                    )  # fmt: skip
+                    owners.append(k)
         for name, force, colour, rank in curves:
             line = {"color": colour, "width": 2.5 if name == "measured" else 1.5}
             panels = [(1, 1, time, force), (1, 2, v, force)]
@@ -203,6 +217,12 @@ def courses(rows: Sequence[Row], runs: Sequence[Course], colours: dict[str, str]
     menu = [{"buttons": buttons, "x": 0.0, "xanchor": "left", "y": 1.16, "yanchor": "top"}] if len(runs) > 1 else []
     legend = {"orientation": "h", "y": -0.14}
     return figure.update_layout(height=620, updatemenus=menu, legend=legend, margin={"t": 80, "r": 20}, **_LAYOUT)
+
+
+def _pale(colour: str) -> str:
+    """A colour of six digits through which what lies behind it is seen."""
+    red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+    return f"rgba({red},{green},{blue},0.15)"
 
 
 def _shown(course: Course) -> NDArray[np.int64]:

@@ -45,6 +45,7 @@ KINDS: Final = (
         for name in ("nnoe", "narx", "mlp", "arx")
     ),
     Kind(name="polynomial", reader="identification.blackbox.polynomialfile:polynomial_from_json"),
+    Kind(name="layered", reader="identification.blackbox.layeredfile:layered_from_json"),
     Kind(name="hybrid", reader="identification.blackbox.hybrid:hybrid_from_json"),
     Kind(name="fmu", reader="identification.fmu.model:open_fmu", ending=".fmu"),
 )
@@ -87,6 +88,8 @@ def model_from_json(data: Json, *, only: Sequence[str] = (), kinds: Sequence[Kin
     name = kind_of(data)
     if not isinstance(name, str) or name not in known:
         endings = "".join(f"; a model of kind '{kind.name}' is a file {kind.ending}" for kind in kinds if kind.ending)
+        if name == "inverse":
+            raise ModelError("kind is 'inverse': it gives a current for a wanted force, see damper-rig track")
         raise ModelError(f"kind is {name!r}: this program reads {_quoted(known)}{endings}")
     _check_usable(name, only)
     model: SimulationModel = _reader(known[name])(data)

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 _SERIES = ("x", "v", "a", "i", "temperature", "t")
 
+# SI, of any input: what is larger is no measurement of a damper. Half or double: nothing, machines lie far below.
+_LARGEST = 1e6
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
@@ -37,6 +40,13 @@ class Motion:
     def head(self, samples: int) -> Motion:
         """The first samples of the motion."""
         return replace(self, **{name: getattr(self, name)[:samples] for name in _SERIES})
+
+    def held(self) -> Motion:
+        """The motion with the last good value wherever an input is no number, infinite or beyond any machine."""
+        x, v, a, i, temperature = (
+            held(one, largest=_LARGEST) for one in (self.x, self.v, self.a, self.i, self.temperature)
+        )
+        return replace(self, x=x, v=v, a=a, i=i, temperature=temperature)
 
     def one_period(self, warm: int) -> Motion:
         """One period of a periodic motion, of which one at least is there, after the `warm` samples before it."""
@@ -70,6 +80,20 @@ class Motion:
             turn[-1] = turn[-1].real
         back = np.fft.irfft(one * turn, self.period)
         return np.resize(back, s.size)
+
+
+def held(values: Floats, first: float | None = None, *, largest: float = np.inf) -> Floats:
+    """A series (N,) with its last good value wherever it is not finite, or larger than `largest`.
+
+    What comes before the first good value is `first`, or that value; 0 where there is none.
+    """
+    good = np.isfinite(values) & (np.abs(np.where(np.isfinite(values), values, 0.0)) <= largest)
+    if good.all():
+        return values
+    if first is None:
+        first = float(values[np.argmax(good)]) if good.any() else 0.0
+    last = np.maximum.accumulate(np.where(good, np.arange(values.size), -1))
+    return np.where(last < 0, first, values[np.maximum(last, 0)])
 
 
 def _hermite(y: Floats, dy: Floats, tau: float, dt: float) -> Floats:

@@ -66,15 +66,15 @@ def checked_motion(model: SimulationModel, run: Run) -> Motion:
     return with_measured(motion_of(run), run, model.inputs)
 
 
-def check_inputs(model: SimulationModel, run: Run) -> None:
-    """Raise DataError, one line, where a run cannot drive the model."""
+def check_inputs(model: SimulationModel, run: Run, *, but: Sequence[str] = ()) -> None:
+    """Raise DataError, one line, where a run cannot drive the model; channels in `but` come from elsewhere."""
     name = name_of(run)
     if "displacement" not in run.channels:
         raise DataError(f"{name}: no channel 'displacement': the model is driven by the measured displacement")
     if run.samples < 2:
         raise DataError(f"{name}: only {run.samples} sample: a motion has at least 2")
     for channel, user in model.inputs.items():
-        if channel not in run.channels:
+        if channel not in (*run.channels, *but):
             what = "control current" if channel == "current" else channel
             raise DataError(f"{name} has no {what}, which {user} needs: record it or leave it out")
 

@@ -77,7 +77,7 @@ def _order(model: Model) -> int:
 def _has_events(e: Element) -> bool:
     """Whether the element makes the force jump, opens a contact, or remembers."""
     jumps = e.spec.smooth_over is not None and e.value(e.spec.smooth_over) == 0.0
-    play = any(p.place == "gap" for p in e.spec.parameters)
+    play = any(p.place in ("gap", "f_slip") for p in e.spec.parameters)
     return jumps or play or (e.spec.memory and e.spec.path == "core")
 
 

@@ -36,17 +36,18 @@ def rare_forces(core, at, memory, work):
 
 @inlined
 def modify(core, at, memory, diss, work, wanted):
-    """Product of the factors on the dissipative sum and its slope by z.
+    """Product of the factors on the dissipative sum and its slopes by z and w.
 
     Brings `dm` and, where `wanted`, `dp` to the modified force: SCALED partials times the product, those of the factors
     themselves, relative until then, times the force.
     """
     codes, dp, dm = core.codes, work.dp, work.dm
-    factor, factor_z = 1.0, 0.0
+    factor, factor_z, factor_w = 1.0, 0.0, 0.0
     for k in range(codes.size):
         if codes[k] >> SHIFT == _MODIFIER:
             own = modifier(codes[k], core.p, core.offsets[k], at, memory[k], dp)
             factor_z = factor_z * own.m + factor * own.by_z
+            factor_w = factor_w * own.m + factor * own.by_w
             factor *= own.m
             dm[k] = own.by_memory
     for k in range(codes.size):
@@ -60,7 +61,7 @@ def modify(core, at, memory, diss, work, wanted):
                 dp[j] *= factor
             elif core.scaling[j] == FACTOR:
                 dp[j] *= diss * factor
-    return factor, factor_z
+    return factor, factor_z, factor_w
 
 
 @inlined
@@ -89,7 +90,7 @@ def core_force(core, at, memory, work, wanted):
             jump += own.jump
             work.dm[k] = own.by_memory
         elif family == _SPRING:
-            f, f_z = spring(code, core.p, o, at.z, work.dp, wanted)
+            f, f_z = spring(code, core.p, o, at.z, at.temperature, work.dp, wanted)
             other += f
             other_z += f_z
     if core.rare:
@@ -97,8 +98,8 @@ def core_force(core, at, memory, work, wanted):
         diss += f
         diss_w += f_w
         diss_u += f_u
-    factor, factor_z = 1.0, 0.0
+    factor, factor_z, factor_w = 1.0, 0.0, 0.0
     if core.modified:
-        factor, factor_z = modify(core, at, memory, diss, work, wanted)
-    f_z = diss_z * factor + diss * factor_z + other_z
-    return Force(diss * factor + other, f_z, diss_w * factor, diss_u * factor, 0.0, jump * factor, 0.0)
+        factor, factor_z, factor_w = modify(core, at, memory, diss, work, wanted)
+    f_z, f_w = diss_z * factor + diss * factor_z + other_z, diss_w * factor + diss * factor_w
+    return Force(diss * factor + other, f_z, f_w, diss_u * factor, 0.0, jump * factor, 0.0)

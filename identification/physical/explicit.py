@@ -49,7 +49,8 @@ class _Found(NamedTuple):
 @compiled
 def explicit_memory(core, mount):
     """Index of the memory that `explicit` may integrate behind this mount, −1 of none, and its rate of fading, 1/m."""
-    if core.only >= 0 and mount.c > 0.0 and mount.k2 == 0.0 and mount.gap == 0.0:
+    spring = mount.k2 == 0.0 and mount.gap == 0.0 and mount.air == 0.0 and mount.f_slip == 0.0
+    if core.only >= 0 and mount.c > 0.0 and spring:
         return core.only, fading_rate(core.p, core.offsets[core.only])
     return -1, 0.0
 

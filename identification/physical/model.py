@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from identification.errors import ModelError
 from identification.models.motion import Motion
 from identification.models.protocol import TrainingRange
 from identification.physical.elements import CATALOGUE, PATHS, ElementSpec, Path
+
+if TYPE_CHECKING:
+    from identification.physical.stepping import PhysicalStepper
 
 _LABELLED: Final = re.compile(r"#[\w-]+")  # no dot: that stands between the id and a parameter
 
@@ -155,6 +158,12 @@ class Model:
         from identification.physical.simulate import simulate  # which is built on this module
 
         return simulate(self, motion).force
+
+    def stepper(self, dt: float) -> PhysicalStepper:
+        """The damper from sample to sample at the step `dt`, s; raises SimulationError where `dt` is none."""
+        from identification.physical.stepping import PhysicalStepper  # which is built on this module
+
+        return PhysicalStepper(self, dt)
 
     @property
     def needs_current(self) -> bool:

@@ -42,10 +42,12 @@ from identification.physical.program import (
 from identification.physical.stage import (
     Ended,
     Stage,
+    beside,
     between,
     branch_sensitivity,
     carry,
     rate_sensitivity,
+    slip_sensitivity,
     solve,
 )
 
@@ -84,7 +86,7 @@ def _step(core, drive, mounting, at, space, wanted):
     gh = GAMMA * h
     e0, e, rate, z, w, f2, converged = state[E], 0.0, 0.0, 0.0, 0.0, 0.0, True
     f2_start, expected = state[BRANCH], state[EXPECTED]
-    relaxes = mount.k2 > 0.0
+    relaxes, slips = mount.k2 > 0.0, mount.f_slip > 0.0
     _copy(stages.base, space.carried.de)
     if relaxes and wanted:
         _copy(stages.branch, space.carried.sens[core.codes.size])
@@ -93,12 +95,13 @@ def _step(core, drive, mounting, at, space, wanted):
         q = (sub + part) / substeps
         xs, vs, inputs = between(drive, i, q)
         b0, b1 = branch(mount, f2_start, gh)
-        found = solve(core, mount, Stage(xs, vs, inputs, e0, gh, h * part, b0, b1), vs - expected, space, wanted)
+        here = Stage(xs, vs, inputs, e0, gh, h * part, state[BRANCH] if slips else b0, b1, state[E])
+        found = solve(core, mount, here, vs - expected, space, wanted)
         converged = converged and found.done
         w = found.w
         rate = vs - w
         e = e0 + gh * rate
-        f2 = b0 + b1 * rate
+        f2 = beside(mount, here, rate)[0]
         if wanted:
             ended = Ended(i, q, e, rate, inputs[0], f2, gh)
             rate_sensitivity(core, drive, mounting, ended, found, space)
@@ -116,6 +119,8 @@ def _step(core, drive, mounting, at, space, wanted):
         for j in range(stages.base.size):
             stages.base[j] += gh * stages.rate[j]
         carry(core, space)
+        if slips:
+            slip_sensitivity(core, mounting, e, space)
         _copy(space.carried.de, stages.base)
     if core.remembers:
         _copy(space.carried.memory, space.work.trial)
@@ -137,24 +142,26 @@ def _write_row(row, core, drive, mounting, i, space):
 
 
 @compiled
-def mounted(core, drive, mounting, substeps, force, jac, space, nodes):
+def mounted(core, drive, mounting, begin, force, jac, space, nodes):
     """Force of a `Core` along a `Drive` through a series mount: `force`, `jac` and `space` as in `rigid`.
 
     mounting : a `Mount`, and another one with the columns of `jac`, −1 where none is wanted.
-    substeps : steps to a sample; and so many where a contact opens or closes or a memory meets a reversal.
+    begin : steps to a sample; so many where a contact opens or closes or a memory meets a reversal; whether it begins
+    at rest in `space`, else where the last run with `space` and `nodes` ended, at the first sample.
     nodes : the `Nodes` of the collocation.
     Returns the number of steps whose equation did not converge.
     """
     mount, carried, kept = mounting[0], space.carried, space.kept
     state, rate = carried.state, nodes.rate
-    few, fine = substeps
+    few, fine, fresh = begin
     wanted = jac.shape[0] > 0
-    smooth = not (core.jumps or core.remembers or mount.gap > 0.0)
+    smooth = not (core.jumps or core.remembers or mount.gap > 0.0 or mount.air > 0.0 or mount.f_slip > 0.0)
     prepare(mount, drive.dt, few, nodes)
     only, fade = explicit_memory(core, mount)
-    state[Z], state[W], state[TOLERANCE] = drive.x[0], drive.v[0], 1e-13 * _highest(drive.v)
     failures = 0
-    steady(core, drive.v[0], drive.x, carried.memory, carried.sens)
+    if fresh:
+        state[Z], state[W], state[TOLERANCE] = drive.x[0], drive.v[0], 1e-13 * _highest(drive.v)
+        steady(core, drive.v[0], drive.x, carried.memory, carried.sens)
     for i in range(drive.x.size - 1):
         steps, again = few, True
         touching = abs(state[E]) > 0.5 * mount.gap
@@ -174,6 +181,7 @@ def mounted(core, drive, mounting, substeps, force, jac, space, nodes):
             if fine > steps:
                 impact = (abs(state[E]) > 0.5 * mount.gap) != touching
                 turned = core.remembers and kept.state[W] * state[W] < 0.0
+                turned |= mount.f_slip > 0.0 and kept.state[RATE] * state[RATE] < 0.0
                 if impact or turned:
                     _keep(kept, carried)
                     steps, again = fine, True

@@ -55,7 +55,8 @@ class Drive(NamedTuple):
 
 
 class Mount(NamedTuple):
-    """A spring and damper in series, beyond a gap, with a relaxing branch; or the gradient's column of each."""
+    """A spring and damper in series, beyond a gap and what air gives way by, with a relaxing branch or friction; or the
+    gradient's column of each."""
 
     k: float  # N/m
     c: float  # N·s/m
@@ -63,6 +64,10 @@ class Mount(NamedTuple):
     k2: float  # N/m
     c2: float  # N·s/m
     c_control: float  # N·s/(m·A)
+    air: float  # m
+    f_half: float  # N
+    k_slip: float  # N/m
+    f_slip: float  # N, 0 without friction
 
 
 class Carried(NamedTuple):
@@ -114,6 +119,7 @@ class _Layout:
     only: int
     smooth_over: tuple[int, ...]  # places of the parameters without which the force jumps at rest
     gains: tuple[int, ...]  # places of the gains on the current
+    warm: bool  # the force follows the temperature
     by_velocity: bool  # the force follows from w alone where all gains are zero
 
 
@@ -135,6 +141,7 @@ def _layout(names: tuple[str, ...]) -> _Layout:
         only=first if explicit else -1,
         smooth_over=tuple(at for s, p, at in places if p.name == s.smooth_over),
         gains=tuple(at for _, p, at in places if p.gain),
+        warm=any(s.needs_temperature for s in specs),
         by_velocity=all(s.family == Family.DAMPING and not (s.by_position or s.needs_current) for s in specs),
     )
 
@@ -154,7 +161,7 @@ def core_of(names: tuple[str, ...], values: Floats, column: Integers) -> Core:
         rare=own.rare,
         remembers=bool(own.memory.any()),
         jumps=any(values[k] == 0.0 for k in own.smooth_over),
-        driven=EVERYTHING if own.modified or own.rare else 0 if by_velocity else POSITION_AND_CURRENT,
+        driven=EVERYTHING if own.modified or own.rare or own.warm else 0 if by_velocity else POSITION_AND_CURRENT,
         only=own.only,
     )
 

@@ -69,15 +69,17 @@ def _write_row(row, core, drive, i, f_u, space):
 
 
 @compiled
-def rigid(core, drive, eps, force, jac, space):
+def rigid(core, drive, eps, force, jac, space, fresh):
     """Force of a `Core` along a `Drive` without a mount.
 
     force : (N,) float64, N; jac : (N, M) float64 or (0, M) when no gradient is wanted. Both are filled.
-    eps : m/s, a velocity below is rest; space : a fresh `Space`
+    eps : m/s, a velocity below is rest; space : a `Space`, zero where `fresh`;
+    fresh : whether it begins with steady memories; else with those of the last run, at the first sample.
     """
     wanted = jac.shape[0] > 0
     memory = space.carried.memory
-    steady(core, drive.v[0], drive.x, memory, space.carried.sens)
+    if fresh:
+        steady(core, drive.v[0], drive.x, memory, space.carried.sens)
     for i in range(drive.x.size):
         if i > 0 and core.remembers and wanted:
             _carry_sensitivities(core, drive, i, space)

@@ -175,15 +175,15 @@ def _damper(model: Model, motion: Motion, wanted: Mask | None, substeps: int) ->
     space = space_of(program.codes.size, program.p.size, used)
     failures = 0
     if mount:
-        stiffness, fine = _mount(mount, any(s.memory for s in specs))
+        stiffness, fine = mount_of(mount, any(s.memory for s in specs))
         mounting = (stiffness, _mount_columns(mount, _numbered(of_mount, n_control + n_core)))
         nodes = nodes_of(used, substeps)
         if gradient or stiffness.c_control != 0.0:
             program = program._replace(driven=max(program.driven, POSITION_AND_CURRENT))
-        failures = mounted(program, drive, mounting, (substeps, fine * substeps), force, jac, space, nodes)
+        failures = mounted(program, drive, mounting, (substeps, fine * substeps, True), force, jac, space, nodes)
     else:
         eps = 1e-9 * float(np.max(np.abs(motion.v), initial=0.0))
-        rigid(program, drive, eps, force, jac, space)
+        rigid(program, drive, eps, force, jac, space, True)
     if not gradient:
         return Response(force, None, failures)
     of_all = int(mask.sum())
@@ -210,13 +210,15 @@ def _amplitude_velocity(motion: Motion) -> Floats:
     return np.asarray(np.maximum(v_m, 1e-3 * max(float(v_m.max(initial=0.0)), 1e-9)))
 
 
-def _mount(mount: Sequence[Element], remembers: bool) -> tuple[Mount, int]:
+def mount_of(mount: Sequence[Element], remembers: bool) -> tuple[Mount, int]:
     """The mount as the loops see it, and the substeps at an event."""
     placed = {s.place: p.value for e in mount for s, p in zip(e.spec.parameters, e.parameters, strict=True) if s.place}
-    worn = set(placed) == {"gap"}  # a joint without a bush
+    worn = set(placed) <= {"gap", "air", "f_half"}  # a joint without a bush
     k, c = (RIGID_STIFFNESS, RIGID_DAMPING) if worn else (0.0, 0.0)
-    values = {"k": k, "c": c, "gap": 0.0, "k2": 0.0, "c2": 0.0, "c_control": 0.0, **placed}
-    substeps = _REVERSAL_SUBSTEPS if remembers else 1
+    values = {"k": k, "c": c, "gap": 0.0, "k2": 0.0, "c2": 0.0, "c_control": 0.0, "air": 0.0, "f_half": 1.0,
+              "k_slip": 1.0, "f_slip": 0.0,
+              **placed}  # fmt: skip
+    substeps = _REVERSAL_SUBSTEPS if remembers or values["f_slip"] > 0.0 else 1
     return Mount(**values), _PLAY_SUBSTEPS if values["gap"] > 0.0 else substeps
 
 

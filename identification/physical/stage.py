@@ -23,8 +23,8 @@ from identification.physical.elements.equations.memory import (
     own_count,
 )
 from identification.physical.elements.equations.point import Point
-from identification.physical.mount import GAMMA, add_mount_partials, branch, branch_partials, contact
-from identification.physical.program import MET_AT_ONCE, TOLERANCE, W, Z
+from identification.physical.mount import GAMMA, add_mount_partials, branch, branch_partials, contact, slip
+from identification.physical.program import BRANCH, MET_AT_ONCE, TOLERANCE, E, W, Z
 
 MET = 1e-6  # of a velocity: Newton squares its error, so a step as small as this leads to round-off
 _NEAR = 1e-3  # of it: what the next step leads to is worth its slopes
@@ -40,8 +40,9 @@ class Stage(NamedTuple):
     e0: float  # extension at the base of the stage
     gh: float  # duration of an implicit stage
     h: float  # duration since the last step
-    b0: float  # force of the mount's relaxing branch as b0 + b1·de/dt
+    b0: float  # force of the mount's relaxing branch as b0 + b1·de/dt, or of its friction at the last step
     b1: float
+    last: float  # extension at the last step, from where the mount's friction starts with the force b0
 
 
 class Solved(NamedTuple):
@@ -109,19 +110,28 @@ def _trial(core, z, w, s, stage, space, wanted):
 
 
 @inlined
+def beside(mount, stage, rate):
+    """Force beside the contact, of a relaxing branch or of friction, and its slopes by de/dt and e."""
+    if mount.f_slip > 0.0:
+        met = slip(mount, stage.b0, stage.e0 + stage.gh * rate - stage.last)
+        return met.y, 0.0, met.by_e
+    return stage.b0 + stage.b1 * rate, stage.b1, 0.0
+
+
+@inlined
 def _slides(core, mount, stage, space, wanted):
     """The side to which a core with dry friction slides, ∂f/∂u at rest, and whether friction holds it there."""
     v, e0, gh = stage.v, stage.e0, stage.gh
     f, _, _, f_u, jump = _trial(core, stage.x - e0 - gh * v, 0.0, 0.0, stage, space, wanted)
     phi = contact(mount, stage.inputs[0], e0 + gh * v, v).f
-    phi += stage.b0 + stage.b1 * v
+    phi += beside(mount, stage, v)[0]
     return (-1.0 if f > phi else 1.0), f_u, abs(f - phi) <= jump
 
 
 @pasted
 def solve(core, mount, stage, guess, space, wanted):
     """Solves one implicit stage for the velocity of the core, from a `guess` of it."""
-    x, v, e0, gh, b0, b1 = stage.x, stage.v, stage.e0, stage.gh, stage.b0, stage.b1
+    x, v, e0, gh = stage.x, stage.v, stage.e0, stage.gh
     state, u = space.carried.state, stage.inputs[0]
     tol = state[TOLERANCE]
     low, high, side = -np.inf, np.inf, 0.0
@@ -140,9 +150,10 @@ def solve(core, mount, stage, guess, space, wanted):
         s = side if side != 0.0 else (1.0 if w > 0 else -1.0)
         f, f_z, f_w, f_u, _ = _trial(core, x - e0 - gh * rate, w, s, stage, space, wanted and near)
         met_at = contact(mount, u, e0 + gh * rate, rate)
-        residual = f - met_at.f - (b0 + b1 * rate)
-        stiff = f_z + met_at.by_e
-        slope = f_w + gh * stiff + met_at.by_rate + b1
+        more, more_rate, more_e = beside(mount, stage, rate)
+        residual = f - met_at.f - more
+        stiff = f_z + met_at.by_e + more_e
+        slope = f_w + gh * stiff + met_at.by_rate + more_rate
         if residual < 0.0:
             low = w
         else:
@@ -196,6 +207,8 @@ def rate_sensitivity(core, drive, mounting, ended, solved, space):
     if core.remembers:
         _add_memories(out, core, space)
     add_mount_partials(out, mounting, e, rate, u, -1.0)
+    if mount.f_slip > 0.0:
+        _add_slip(out, core, mounting, e, space)
     if mount.k2 > 0.0:
         by_f2, by_k2, by_c2 = branch_partials(mount, f2, gh, rate)
         for j in range(out.size):
@@ -206,6 +219,34 @@ def rate_sensitivity(core, drive, mounting, ended, solved, space):
             out[mount_column.c2] -= by_c2
     for j in range(out.size):
         out[j] *= inverse
+
+
+@compiled
+def _add_slip(out, core, mounting, e, space):
+    """Takes off what the mount's friction at the extension `e` owes to the last step and to its own parameters."""
+    (mount, column), state = mounting, space.carried.state
+    sens, de = space.carried.sens[core.codes.size], space.carried.de
+    met = slip(mount, state[BRANCH], e - state[E])
+    for j in range(out.size):
+        out[j] -= met.by_y * sens[j] - met.by_e * de[j]
+    if column.k_slip >= 0:
+        out[column.k_slip] -= met.by_k
+    if column.f_slip >= 0:
+        out[column.f_slip] -= met.by_f
+
+
+@compiled
+def slip_sensitivity(core, mounting, e, space):
+    """Carries the sensitivity of the mount's friction over a step that ends at the extension `e`."""
+    (mount, column), state = mounting, space.carried.state
+    sens, de, de_new = space.carried.sens[core.codes.size], space.carried.de, space.stages.base
+    met = slip(mount, state[BRANCH], e - state[E])
+    for j in range(de.size):
+        sens[j] = met.by_y * sens[j] + met.by_e * (de_new[j] - de[j])
+    if column.k_slip >= 0:
+        sens[column.k_slip] += met.by_k
+    if column.f_slip >= 0:
+        sens[column.f_slip] += met.by_f
 
 
 @inlined

@@ -26,7 +26,7 @@ def _plus(a, b):
 
 @inlined
 def _at(z, w, driver, stage):
-    """The point at one stage, as far as damping, friction and springs look at it."""
+    """The point at one stage, as far as damping and friction look at it."""
     return Point(z[stage], w[stage], 0.0, driver[stage, U], 0.0, 0.0, 0.0)
 
 
@@ -49,10 +49,10 @@ def _friction(code, core, o, points, dp):
 
 
 @inlined
-def _spring(code, core, o, z, dp):
-    f0, z0 = spring(code, core.p, o, z[0], dp, False)
-    f1, z1 = spring(code, core.p, o, z[1], dp, False)
-    f2, z2 = spring(code, core.p, o, z[2], dp, False)
+def _spring(code, core, o, z, driver, dp):
+    f0, z0 = spring(code, core.p, o, z[0], driver[0, TEMPERATURE], dp, False)
+    f1, z1 = spring(code, core.p, o, z[1], driver[1, TEMPERATURE], dp, False)
+    f2, z2 = spring(code, core.p, o, z[2], driver[2, TEMPERATURE], dp, False)
     return (f0, f1, f2), (z0, z1, z2)
 
 
@@ -64,8 +64,8 @@ def _changed(stage, core, z, w, driver, forces, memory, work):
     at = Point(z, w, 0.0, driver[stage, U], temperature, a, v_m)
     more, more_w, _ = rare_forces(core, at, memory, work)
     f += more
-    factor, factor_z = modify(core, at, memory, f, work, False)
-    return f * factor, f_z * factor + f * factor_z, (f_w + more_w) * factor
+    factor, factor_z, factor_w = modify(core, at, memory, f, work, False)
+    return f * factor, f_z * factor + f * factor_z, (f_w + more_w) * factor + f * factor_w
 
 
 @inlined
@@ -92,7 +92,7 @@ def core_values(core, z, w, driver, memory, work, changed):
         elif family == _FRICTION:
             f, f_w = _friction(code, core, o, points, work.dp)
         elif family == _SPRING:
-            stored, stored_z = _spring(code, core, o, z, work.dp)
+            stored, stored_z = _spring(code, core, o, z, driver, work.dp)
             other, other_z = _plus(other, stored), _plus(other_z, stored_z)
         diss, diss_z, diss_w = _plus(diss, f), _plus(diss_z, f_z), _plus(diss_w, f_w)
     if changed:

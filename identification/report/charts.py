@@ -29,7 +29,7 @@ _LAYOUT = {
     "margin": {"l": 60, "r": 20, "t": 48, "b": 48},
     "legend": {"orientation": "h", "y": -0.18},
 }
-_PANELS = {**_LAYOUT, "margin": {"l": 60, "r": 20, "t": 90, "b": 48}}  # each with a title of its own
+PANELS = {**_LAYOUT, "margin": {"l": 60, "r": 20, "t": 90, "b": 48}}  # each with a title of its own
 
 
 def ladder(gaps: BothGaps, train: Interval, held_out: Interval, last: str) -> go.Figure:
@@ -79,7 +79,7 @@ def loops(loop: Loop) -> go.Figure:
         figure.update_xaxes(title=unit, row=1, col=column)
     figure.update_yaxes(title="force, N", row=1, col=1)
     state = "held out: no fit has seen it" if loop.held_out else "training"
-    figure.update_layout(title=f"{loop.run} ({state}){_shown(loop)}", height=470, **_PANELS)
+    figure.update_layout(title=f"{loop.run} ({state}){_shown(loop)}", height=470, **PANELS)
     return figure
 
 
@@ -139,7 +139,7 @@ def profiles(drawn: Sequence[Profile], where: Sequence[Where]) -> go.Figure:
             figure.add_vrect(x0=region.low * scale, x1=region.high * scale, fillcolor=NOISE, opacity=0.18, line_width=0,
                              row=row, col=column)  # fmt: skip
         figure.update_xaxes(title=unit, row=row, col=column)
-    figure.update_layout(title="Where they disagree: what the refitted base leaves", height=40 + 300 * rows, **_PANELS)
+    figure.update_layout(title="Where they disagree: what the refitted base leaves", height=40 + 300 * rows, **PANELS)
     return figure
 
 
@@ -170,7 +170,7 @@ def rivals(panels: Sequence[Rivals], named: Sequence[str], words: Words) -> go.F
     figure.update_xaxes(title="share of the gap's energy that is left, %", row=len(panels), col=1)
     bars = sum(len(panel.elements) for panel in panels)
     figure.update_layout(title="What each candidate would leave", height=160 + 70 * len(panels) + 30 * bars,
-                         showlegend=False, **_PANELS)  # fmt: skip
+                         showlegend=False, **PANELS)  # fmt: skip
     return figure
 
 
@@ -201,7 +201,7 @@ def shapes_of_names(found: Sequence[Shape], words: Words) -> go.Figure:
                 told.add(label)
         figure.update_xaxes(title=f"{s.variable.replace('_', ' ')}, {unit}", **place)
         figure.update_yaxes(title="mean force, N", **place)
-    layout = {**_PANELS, "legend": {"orientation": "h", "y": -0.28 / rows}}
+    layout = {**PANELS, "legend": {"orientation": "h", "y": -0.28 / rows}}
     figure.update_layout(title="What each name adds, where it shows best", height=110 + 330 * rows, **layout)
     return figure
 

@@ -9,7 +9,10 @@ __all__ = ["report_lines"]
 
 
 def report_lines(report: Mapping[str, Any]) -> list[str]:
-    """The verdict, the names, the gap on held-out runs and the next test, a line each. Any: the JSON of the report."""
+    """The verdict, the names, the gap on held-out runs, the parts of the force before any model and the next test.
+
+    A line each. Any: the JSON of the report.
+    """
     gap = report["gap"]["held_out"]
     lines = [f"verdict: {report['verdict'].replace('_', ' ')}"]
     for effect in report["effects"]:
@@ -22,6 +25,8 @@ def report_lines(report: Mapping[str, Any]) -> list[str]:
         f"held-out gap: {gap['as_given']:.4g} N as given, {gap['base_refitted']:.4g} N refitted, "
         f"{gap['final']:.4g} N explained, noise floor {gap['noise_floor']:.4g} N"
     )
+    if (distortion := report.get("distortion")) is not None:
+        lines.append(distortion["text"])
     if report["next_test"]["text"]:
         lines.append(f"next test: {report['next_test']['text']}")
     return lines

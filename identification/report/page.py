@@ -13,6 +13,7 @@ import plotly.graph_objects as go
 from identification.report import charts
 from identification.report.page_data import PageData
 from identification.report.report_file import NamedEffect, Report, Value
+from identification.report.sheet_part import sheet_chart, sheet_text
 
 _VERDICTS = {
     "no_discrepancy": (
@@ -38,6 +39,7 @@ h2{font-size:1.15rem;margin:2.2rem 0 .6rem;border-bottom:1px solid #ddd;padding-
 .verdict b{font-size:1.25rem}.effect{margin:.4rem 0}table{border-collapse:collapse;width:100%;font-size:14px}
 td,th{text-align:left;padding:.3rem .6rem;border-bottom:1px solid #e5e5e5;vertical-align:top}th{background:#f6f6f6}
 td.n{font-variant-numeric:tabular-nums;text-align:right}p.note,li{color:#444}code{background:#f3f3f3;padding:0 .25rem}
+.wide{overflow-x:auto}
 @media print{body{max-width:none;margin:0}h2{break-after:avoid}.plot,table{break-inside:avoid}}
 """
 
@@ -59,6 +61,8 @@ def _parts(report: Report, data: PageData) -> Iterator[str]:
     yield f"<h1>{html.escape(data.name or 'Simulation')}</h1>"
     yield _banner(report, data)
     yield _plots([charts.ladder(report.gap, data.train, data.held_out, last)], numbers)
+    if report.distortion is not None:
+        yield f"<p>{html.escape(_sentence(report.distortion.text))}</p>"
     if report.effects:
         yield _section("Named effects", _effects_table(report, data) + _aliases(data))
     if data.gap_map is not None:
@@ -73,10 +77,17 @@ def _parts(report: Report, data: PageData) -> Iterator[str]:
         yield _section("What stays", f"<p>{html.escape(report.remainder.text)}</p>")
     if report.next_test.text:
         yield _section("The next test", f"<p>{html.escape(report.next_test.text)}</p>{_design(report)}")
+    if data.sheet is not None:
+        chart = _plots([sheet_chart(data.sheet)], numbers)
+        yield _section("The damper's characteristics", sheet_text(data.sheet) + chart)
     yield _section("How far the base moved", _base_table(data))
     yield _section("How each run was read", _list(note for note in report.notes if note not in data.aliases))
     if data.reproduce:
         yield _section("Make this report again", f"<p><code>{html.escape(data.reproduce)}</code></p>")
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def _evidence(report: Report, data: PageData) -> list[go.Figure]:

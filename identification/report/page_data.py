@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import ReportFileError
+from identification.report.sheet_data import SheetData
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]  # what is only looked at
@@ -233,6 +234,7 @@ class PageData:
     as_good: tuple[AsGood, ...]
     ruled_out: RuledOut
     base: BaseTable
+    sheet: SheetData | None = None  # where the runs allow one
 
 
 def _series(**arrays: NDArray[np.generic]) -> None:

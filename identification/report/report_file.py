@@ -110,6 +110,17 @@ class Runs:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Distortion:
+    """Force and gap by kind before any model, N rms, and that in words."""
+
+    __pydantic_config__: ClassVar = _FINITE
+    runs: tuple[str, ...]
+    force: dict[str, float]
+    gap: dict[str, float]
+    text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Report:
     """The content of report.json that its page shows."""
 
@@ -121,6 +132,7 @@ class Report:
     next_test: Proposed
     runs: Runs
     notes: tuple[str, ...]
+    distortion: Distortion | None = None  # earlier reports have none
 
 
 def fingerprint(data: Mapping[str, Json]) -> str:

@@ -10,22 +10,12 @@ from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from identification.force_velocity import SidedCurve, at_peak_speed
+from identification.page_style import CLEAR, COLOURS, LAYOUT
 from identification.sheet.results import AtCurrent, Sheet, SineTest
 from identification.steady import Cycles, dynamic_stiffness, loss_factor
 
 Floats = NDArray[np.float64]
 
-# Contrast of at least 3 on white and on the dark ground of the page.
-_COLOURS = ("#1a8f8f", "#d1495b", "#b07d00", "#4a86c5", "#5a9a4e", "#a565c4", "#c96f2f", "#808890")
-_CLEAR = "rgba(0,0,0,0)"  # grounds, text and lines are coloured by the page's style: light, dark, print
-_LAYOUT = {
-    "template": "plotly_white",
-    "font": {"family": "system-ui, sans-serif", "size": 13},
-    "paper_bgcolor": _CLEAR,
-    "plot_bgcolor": _CLEAR,
-    "modebar": {"bgcolor": _CLEAR},
-    "margin": {"l": 70, "r": 20, "t": 64, "b": 56},
-}
 _DECADES = 20.0  # a wider range has a logarithmic axis
 _POINTS = 240  # of a loop
 _SAMPLES = 1500  # of a cloud of samples
@@ -43,7 +33,7 @@ def peak_velocity(currents: Sequence[AtCurrent]) -> go.Figure:
     """PVP: force of each test at its peak speeds, rebound above, compression below, with the curve of each side."""
     figure = go.Figure()
     for number, group in enumerate(currents):
-        colour, label = _COLOURS[number % len(_COLOURS)], _current(group, "tests")
+        colour, label = COLOURS[number % len(COLOURS)], _current(group, "tests")
         _points(figure, at_peak_speed([t.cycles for t in group.tests]), colour, label, ("triangle-up", "triangle-down"))
         if group.curve is not None:
             _sides(figure, group.curve, max(t.cycles.peak_velocity_m_s for t in group.tests), colour)
@@ -81,7 +71,7 @@ def continuous_velocity(currents: Sequence[AtCurrent]) -> go.Figure:
     figure = go.Figure()
     for number, group in enumerate(currents):
         fastest = group.tests[-1]
-        colour = _COLOURS[number % len(_COLOURS)]
+        colour = COLOURS[number % len(COLOURS)]
         every = -(-fastest.cycles.v.size // _SAMPLES)
         figure.add_scatter(
             x=fastest.cycles.v[::every], y=fastest.cycles.force[::every], mode="markers", name="samples",
@@ -102,7 +92,7 @@ def loops(tests: Sequence[SineTest]) -> go.Figure:
             if cycles is None:
                 continue
             x, v, force = _loop(cycles)
-            line = {"color": _COLOURS[number % len(_COLOURS)], "width": 1.5, "dash": dash}
+            line = {"color": COLOURS[number % len(COLOURS)], "width": 1.5, "dash": dash}
             for column, axis in ((1, 1e3 * x), (2, v)):
                 figure.add_scatter(
                     x=axis, y=force, mode="lines", name=test.label, legendgroup=cycles.name,
@@ -119,7 +109,7 @@ def temperature(sheet: Sheet) -> go.Figure:
     figure = go.Figure()
     for one in sheet.temperatures:
         figure.add_scatter(
-            x=one.at, y=one.degc, mode="lines", name=one.run, showlegend=False, line={"color": _COLOURS[1], "width": 2}
+            x=one.at, y=one.degc, mode="lines", name=one.run, showlegend=False, line={"color": COLOURS[1], "width": 2}
         )
     figure.update_xaxes(
         title="time since the first run, min" if sheet.by_time else "number of the run",
@@ -149,7 +139,7 @@ def _over_frequency(tests: Sequence[SineTest], values: Sequence[float], title: s
         ordered = sorted(points)
         figure.add_scatter(
             x=[f for f, _ in ordered], y=[one for _, one in ordered], mode="lines+markers", name=name,
-            line={"color": _COLOURS[number % len(_COLOURS)], "width": 1.5}, marker={"size": 8},
+            line={"color": COLOURS[number % len(COLOURS)], "width": 1.5}, marker={"size": 8},
         )  # fmt: skip
     figure.update_xaxes(title="frequency, Hz", **_scale([test.frequency_asked for test in tests]))
     figure.update_yaxes(title=f"{title.split(' |')[0].lower()}, {unit}", **_scale(values))
@@ -163,8 +153,8 @@ def _scale(values: Sequence[float]) -> dict[str, str]:
 
 
 def _laid_out(figure: go.Figure, title: str, height: int) -> go.Figure:
-    legend = {"orientation": "h", "y": -0.2, "bgcolor": _CLEAR}
-    return figure.update_layout(title=title, height=height, showlegend=True, legend=legend, **_LAYOUT)
+    legend = {"orientation": "h", "y": -0.2, "bgcolor": CLEAR}
+    return figure.update_layout(title=title, height=height, showlegend=True, legend=legend, **LAYOUT)
 
 
 def _loop(cycles: Cycles) -> tuple[Floats, Floats, Floats]:

@@ -3,43 +3,19 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from excitation.atomic import written_whole
 from identification.errors import OutputError
 from identification.force_velocity import Side, at_peak_speed, hysteresis_widths
+from identification.page_style import document, plots, table
 from identification.sheet.charts import charts
 from identification.sheet.results import AtCurrent, Sheet, SineTest
 from identification.static_force import Estimate
 from identification.steady import dynamic_stiffness, energy_per_cycle, loop_shape, loss_factor
 
 _SIGNS = Path(__file__).parents[1] / "signs.svg"  # the convention, as the README shows it
-_STYLE = """
-:root{color-scheme:light dark;--ink:#17212b;--soft:#51606d;--line:#d6dde3;--ground:#fff;--head:#f2f5f7}
-@media screen and (prefers-color-scheme:dark){
-:root{--ink:#e4eaef;--soft:#a5b3bf;--line:#34414c;--ground:#18212a;--head:#22303b}}
-body{font:15px/1.5 system-ui,sans-serif;max-width:1080px;margin:2rem auto;padding:0 1rem;
-color:var(--ink);background:var(--ground)}
-h1{font-size:1.6rem;margin:0 0 .5rem}h2{font-size:1.15rem;margin:2rem 0 .5rem}
-.signs{background:#fff;border:1px solid var(--line);max-width:722px}.signs svg{display:block;max-width:100%;height:auto}
-.wide{overflow-x:auto}table{border-collapse:collapse;width:100%;font-size:14px;font-variant-numeric:tabular-nums}
-td,th{padding:.25rem .55rem;border-bottom:1px solid var(--line);text-align:right;vertical-align:bottom}
-th{font-weight:600;background:var(--head)}th[colspan]{text-align:center}
-td{white-space:nowrap}td:first-child,th:first-child{text-align:left}.note,li{color:var(--soft)}
-.plot text:not(.hoverlayer *){fill:var(--ink)!important}
-.plot .gridlayer path,.plot .zerolinelayer path{stroke:var(--line)!important}
-@media print{@page{size:A4;margin:12mm}body{max-width:none;margin:0;padding:0;font-size:12px}table{font-size:10.5px}
-td,th{padding:.15rem .3rem}h2{break-after:avoid}.plot,table,.signs{break-inside:avoid}.modebar{display:none}}
-"""
-
-
-# A chart does not follow the width of paper by itself; A4 and Letter are wider than this.
-_ON_PAPER = """<script>
-const charts=()=>document.querySelectorAll(".js-plotly-plot");
-addEventListener("beforeprint",()=>charts().forEach(c=>Plotly.relayout(c,{width:680})));
-addEventListener("afterprint",()=>charts().forEach(c=>Plotly.relayout(c,{width:null,autosize:true})));
-</script>"""
 
 
 def write_sheet(path: Path, sheet: Sheet) -> None:
@@ -50,38 +26,24 @@ def write_sheet(path: Path, sheet: Sheet) -> None:
 
 def html_of(sheet: Sheet) -> str:
     """The whole page."""
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8"><link rel="icon" href="data:,">'
-        '<meta name="viewport" content="width=device-width"><title>Damper characteristics</title>'
-        f"<style>{_STYLE}</style></head><body>{''.join(_parts(sheet))}</body></html>\n"
-    )
+    return document("Damper characteristics", _parts(sheet))
 
 
 def _parts(sheet: Sheet) -> Iterator[str]:
     title = f": {html.escape(sheet.specimen)}" if sheet.specimen else ""
     yield f"<h1>Damper characteristics{title}</h1>"
     yield f'<div class="signs">{_SIGNS.read_text(encoding="utf-8")}</div>'
-    yield "<h2>At rest</h2>" + _table(_AT_REST, map(_rest_cells, sheet.currents))
+    yield "<h2>At rest</h2>" + table(_AT_REST, map(_rest_cells, sheet.currents))
     yield f"<p class=note>{_ON_REST}</p>"
-    yield "<h2>Curve of each side</h2>" + _table(_CURVES, map(_curve_cells, sheet.currents))
+    yield "<h2>Curve of each side</h2>" + table(_CURVES, map(_curve_cells, sheet.currents))
     yield f"<p class=note>{_ON_CURVES}</p>"
-    yield "<h2>Tests: rebound and compression at peak speed</h2>" + _table(_PEAKS, map(_peak_cells, sheet.tests))
-    yield "<h2>Tests: whole cycles</h2>" + _table(_WHOLE, map(_whole_cells, sheet.tests))
+    yield "<h2>Tests: rebound and compression at peak speed</h2>" + table(_PEAKS, map(_peak_cells, sheet.tests))
+    yield "<h2>Tests: whole cycles</h2>" + table(_WHOLE, map(_whole_cells, sheet.tests))
     yield f"<p class=note>{_ON_THE_CYCLES}</p>"
     if sheet.left_out:
         yield f"<p class=note>Left out, no steady sine or no force: {html.escape(', '.join(sheet.left_out))}.</p>"
     yield "<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in sheet.findings) + "</ul>"
-    for number, figure in enumerate(charts(sheet)):
-        drawn = figure.to_html(
-            full_html=False, include_plotlyjs=number == 0, config={"displaylogo": False, "responsive": True}
-        )
-        yield f'<div class="plot">{drawn}</div>'
-    yield _ON_PAPER
-
-
-def _table(head: str, rows: Iterable[Sequence[str]]) -> str:
-    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>" for cells in rows)
-    return f'<div class="wide"><table><thead>{head}</thead><tbody>{body}</tbody></table></div>'
+    yield from plots(charts(sheet))
 
 
 def _head(*groups: tuple[str, Sequence[str]]) -> str:

@@ -13,6 +13,7 @@ from identification.physical.elements.spec import (
     Family,
     ParameterSpec,
     Remedy,
+    Surroundings,
     Values,
 )
 
@@ -22,6 +23,11 @@ _PROBE = "record the current at the coil with a probe of its own"
 def _smears(less: Values, more: Values) -> bool:
     """Whether one of a lag and a dead time is only how a real one of the other kind departs from it."""
     return less["tau"] < FORM.minor * more["tau"]
+
+
+def _never_crossed(values: Values, around: Surroundings) -> bool:
+    """Whether no run crosses the width of a hysteresis: what the current left before is then free in every run."""
+    return values["h"] >= around.swing
 
 
 ROWS: Final = (
@@ -40,6 +46,20 @@ ROWS: Final = (
             is_only=_smears,
             words=lambda v: f"the dead time of the control is smeared by a lag of {v['tau']:.3g} s",
         ),
+    ),
+    ElementSpec(
+        name="coil_lag",
+        family=Family.CONTROL,
+        title="lag of a coil, of its own for a rising and a falling field",
+        equation="du/dt = (i − u)/tau, tau = tau_rise where (i − u)·i > 0, else tau_fall",
+        parameters=(
+            ParameterSpec("tau_rise", "s", remedy=Remedy.FREQUENCY),
+            ParameterSpec("tau_fall", "s", remedy=Remedy.FREQUENCY),
+        ),
+        nameable=False,  # a lag with one time has a name
+        needs_current=True,
+        memory=True,
+        alias=Alias("a current amplifier that is slower one way", _PROBE),
     ),
     ElementSpec(
         name="control_delay",
@@ -74,6 +94,7 @@ ROWS: Final = (
         needs_current=True,
         memory=True,
         remanent=True,
+        mistaken=_never_crossed,
         alias=Alias("hysteresis of the current amplifier", _PROBE),
     ),
 )

@@ -198,4 +198,31 @@ ROWS: Final = (
         curve=Curve.WHOLE,
         denied=_without_loop,
     ),
+    ElementSpec(
+        name="eddy_current_damping",
+        family=Family.DAMPING,
+        title="eddy-current damping (Lorentz-shaped)",
+        equation="f = 2·f_peak·(w/w_peak)/(1 + (w/w_peak)²)",
+        parameters=(
+            ParameterSpec("f_peak", "N", remedy=Remedy.SPEEDS),
+            ParameterSpec("w_peak", "m/s", TINY, remedy=Remedy.SPEEDS),
+        ),
+        nameable=False,  # below its peak it is a saturating curve, which has a name
+        curve=Curve.WHOLE,
+    ),
+    ElementSpec(
+        name="shim_stack_damping",
+        family=Family.DAMPING,
+        title="bleed orifice beside a shim stack and a blow-off",
+        equation="|w| = √(|f|/q) + max(0, |f| − f_open)/c_shim + max(0, |f| − f_blow)/c_blow, f of the sign of w",
+        parameters=(
+            ParameterSpec("q", "N·s²/m²", TINY, remedy=Remedy.SPEEDS),
+            ParameterSpec("f_open", "N", remedy=Remedy.SPEEDS),
+            ParameterSpec("c_shim", "N·s/m", TINY, remedy=Remedy.SPEEDS),
+            ParameterSpec("f_blow", "N", remedy=Remedy.SPEEDS),
+            ParameterSpec("c_blow", "N·s/m", TINY, remedy=Remedy.SPEEDS),
+        ),
+        nameable=False,  # a base: its parts have names of fewer parameters
+        curve=Curve.WHOLE,
+    ),
 )

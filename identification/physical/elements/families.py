@@ -17,6 +17,8 @@ _COMPRESSION = 1 / 3  # of the rebound force, as dampers of vehicles have
 _FRICTION, _GAS = 0.03, 0.1  # of the force
 _GAS_LENGTH_M = 0.3  # a gas column of a monotube damper
 _BUSH_M = 2e-3  # what the mount of a yaw damper gives under the force
+_OPEN, _BLOW = 0.3, 0.8  # of the force: where a shim stack and where its blow-off opens
+_BLEEDS, _BENDS, _BLOWS = 0.4, 0.5, 0.1  # of the flow at the force: through bleed, shim stack and blow-off
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +40,14 @@ def sided(force: float, speed: float) -> dict[str, float]:
 def _saturating(force: float, speed: float) -> dict[str, float]:
     held = _SATURATED * force * 2.0 / pi * atan(_STEEP)
     return {"F1": _SATURATED * force, "S": _STEEP / speed, "d": (force - held) / speed, "F2": 0.0}
+
+
+def _shims(force: float, speed: float) -> dict[str, float]:
+    return {
+        "q": force / (_BLEEDS * speed) ** 2,
+        "f_open": _OPEN * force, "c_shim": (1.0 - _OPEN) * force / (_BENDS * speed),
+        "f_blow": _BLOW * force, "c_blow": (1.0 - _BLOW) * force / (_BLOWS * speed),
+    }  # fmt: skip
 
 
 def _semi_active(force: float, speed: float, low: float, high: float) -> Rows:
@@ -72,6 +82,17 @@ FAMILIES: Final[Mapping[str, DamperFamily]] = {
             ("rebound_compression_damping", sided(f, v)), ("coulomb_friction", {"f_c": _FRICTION * f}),
             ("gas_spring", {"f0": _GAS * f, "length": _GAS_LENGTH_M, "n": 1.3}),
         ],
+    ),
+    "shim-stack": DamperFamily(
+        text="a bleed beside a shim stack and a blow-off, dry friction, a gas spring", controlled=False,
+        rows=lambda f, v, *_: [
+            ("shim_stack_damping", _shims(f, v)), ("coulomb_friction", {"f_c": _FRICTION * f}),
+            ("gas_spring", {"f0": _GAS * f, "length": _GAS_LENGTH_M, "n": 1.3}),
+        ],
+    ),
+    "eddy-current": DamperFamily(
+        text="a magnet that passes a conductor, its force highest at the given speed", controlled=False,
+        rows=lambda f, v, *_: [("eddy_current_damping", {"f_peak": f, "w_peak": v})],
     ),
     "yaw": DamperFamily(
         text="railway: a saturating valve behind a bush", controlled=False,

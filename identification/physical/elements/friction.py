@@ -135,4 +135,16 @@ ROWS: Final = (
         memory=True,
         dry_friction=True,
     ),
+    ElementSpec(
+        name="frequency_selective_damping",
+        family=Family.FRICTION,
+        title="frequency-selective damping, soft at high frequency",
+        equation="f = c·y, dy/dt = (w − y)/tau",
+        parameters=(
+            ParameterSpec("c", "N·s/m", remedy=Remedy.SPEEDS),
+            ParameterSpec("tau", "s", TINY, remedy=Remedy.FREQUENCY),
+        ),
+        nameable=False,  # a bush in series does much the same, and has a name
+        memory=True,
+    ),
 )

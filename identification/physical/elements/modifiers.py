@@ -38,4 +38,33 @@ ROWS: Final = (
         starts=lambda s: [{"length": part * s.x_rms} for part in (0.01, 0.05, 0.2)],
         memory=True,
     ),
+    ElementSpec(
+        name="zone_damping",
+        family=Family.MODIFIER,
+        title="damping with a zone of position of its own",
+        equation="dissipative sum × (1 + gain·½·(tanh((z − z_0 + half)/edge) − tanh((z − z_0 − half)/edge)))",
+        parameters=(
+            ParameterSpec("gain", "–", -1.0, remedy=Remedy.STROKE),
+            ParameterSpec("z_0", "m", UNBOUNDED, remedy=Remedy.STROKE),
+            ParameterSpec("half", "m", remedy=Remedy.STROKE),
+            ParameterSpec("edge", "m", TINY, remedy=Remedy.STROKE),
+        ),
+        nameable=False,  # it has three parameters more than a damping over position, which has a name
+        linear_in_velocity=True,
+    ),
+    # Where the oil behind the piston comes down to its vapour pressure the pressure difference grows no further as the
+    # valves would have it (Segel & Lang 1981; Duym 2000 on automotive dampers): from an onset speed on, on the side
+    # of the starved chamber, the force lags behind its curve. The power law is a form of this project: with m = 1 a
+    # linear damper stays at the force of the onset, with m below 1 it still grows, above 1 it falls.
+    ElementSpec(
+        name="cavitation",
+        family=Family.MODIFIER,
+        title="cavitation from a speed on, on one side",
+        equation="dissipative sum × min(1, (w_on/|w|)^m) where w has the sign of w_on",
+        parameters=(
+            ParameterSpec("w_on", "m/s", UNBOUNDED, remedy=Remedy.SPEEDS),
+            ParameterSpec("m", "–", default=1.0, remedy=Remedy.SPEEDS),
+        ),
+        nameable=False,  # a curve that bends on one side has names
+    ),
 )

@@ -76,6 +76,23 @@ ROWS: Final = (
         nameable=False,
         alone=True,
     ),
+    # Elastic and friction force side by side as in Berg's rubber spring (1998), whose friction also begins with one
+    # stiffness at a reversal and tends to a highest force; here by the equation of `presliding_friction`, which needs
+    # one memory where Berg's needs the force and the place of the last reversal.
+    ElementSpec(
+        name="rubber_bush",
+        family=Family.MOUNT,
+        title="rubber bush whose stiffness and loss follow the amplitude",
+        equation="f = k·e + c·de/dt + y, dy/dt = k_slip·de/dt·(1 − sgn(de/dt)·y/f_slip), e = x − z",
+        parameters=(
+            ParameterSpec("k", "N/m", TINY, place="k", remedy=Remedy.FREQUENCY),
+            ParameterSpec("c", "N·s/m", default=0.0, bound_is_meant=True, place="c", remedy=Remedy.SPEEDS),
+            ParameterSpec("k_slip", "N/m", TINY, place="k_slip", remedy=Remedy.STROKE),
+            ParameterSpec("f_slip", "N", TINY, place="f_slip", remedy=Remedy.STROKE),
+        ),
+        nameable=False,  # it has two parameters more than a series compliance, which has a name
+        alone=True,
+    ),
     ElementSpec(
         name="series_dashpot",
         family=Family.MOUNT,
@@ -104,5 +121,24 @@ ROWS: Final = (
         once=True,
         alias=Alias("play in the rig's own joints", _BAR),
         mistaken=_gives_way,
+    ),
+    ElementSpec(
+        name="aerated_oil",
+        family=Family.MOUNT,
+        title="free air in the oil",
+        equation="e = (air/2)·f/(f_half + |f|) + the spring's, e = x − z",
+        parameters=(
+            ParameterSpec("air", "m", place="air", remedy=Remedy.STROKE),
+            ParameterSpec(
+                "f_half",
+                "N",
+                TINY,
+                place="f_half",
+                limits=lambda s: (1e-3 * s.force, 10.0 * s.force),
+                remedy=Remedy.SPEEDS,
+            ),
+        ),
+        nameable=False,  # it has a parameter more than a spring or a play, of which it is the passage
+        once=True,
     ),
 )

@@ -18,7 +18,7 @@ Limits = Callable[["Scales"], tuple[float, float]]
 Path = Literal["mount", "control", "core", "sensor"]
 PATHS: Final[tuple[Path, ...]] = ("mount", "control", "core", "sensor")
 
-Place = Literal["k", "c", "gap", "k2", "c2", "c_control"]
+Place = Literal["k", "c", "gap", "k2", "c2", "c_control", "air", "f_half", "k_slip", "f_slip"]
 
 TINY: Final = 1e-12  # "> 0" in floating point: knees, lengths and slopes that divide
 UNBOUNDED: Final = -math.inf
@@ -28,7 +28,7 @@ class Family(IntEnum):
     """Which compiled function knows the equation: elements of one family have the same inputs and outputs."""
 
     DAMPING = 0  # a force over velocity, position and current
-    FRICTION = 1  # a force over the direction of sliding and a memory
+    FRICTION = 1  # a force over the direction of sliding or a memory
     SPRING = 2  # a force over position, outside the dissipative sum
     MOTION = 3  # a force that also follows from the rig's acceleration or amplitude; few models hold one
     MODIFIER = 4  # a factor on the dissipative sum
@@ -87,6 +87,7 @@ class Surroundings:
     others: Sequence[ElementSpec]  # the rows of all other elements
     force: float  # the measured one, N rms
     stroke: float  # the longest, m
+    swing: float  # the largest of the current within one run, A
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

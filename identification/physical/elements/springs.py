@@ -53,6 +53,21 @@ ROWS: Final = (
         alias=Alias("for its preload, an offset of the load cell", UNBOLTED),
     ),
     ElementSpec(
+        name="warm_gas_spring",
+        family=Family.SPRING,
+        title="gas spring whose pressure follows the temperature",
+        equation="f = −f0·(T + 273.15)/(T_ref + 273.15)·(1 + z/length)^(−n)",
+        parameters=(
+            ParameterSpec("f0", "N", remedy=Remedy.STROKE),
+            ParameterSpec("length", "m", TINY, remedy=Remedy.STROKE),
+            ParameterSpec("n", "–", TINY, high=5.0, bound_is_meant=True, remedy=Remedy.STROKE),
+            ParameterSpec("T_ref", "°C", -273.0, constant=25.0),
+        ),
+        nameable=False,  # at one temperature it is a gas spring, which has a name
+        linear_in_velocity=True,
+        needs_temperature=True,
+    ),
+    ElementSpec(
         name="end_stop",
         family=Family.SPRING,
         title="end stop",
@@ -62,6 +77,19 @@ ROWS: Final = (
             ParameterSpec("z_max", "m", limits=lambda s: (0.05 * s.x_max, s.x_max), remedy=Remedy.STROKE),
         ),
         starts=lambda s: [{"k": s.force / s.x_max, "z_max": part * s.x_max} for part in (0.45, 0.65, 0.85)],
+        linear_in_velocity=True,
+    ),
+    ElementSpec(
+        name="progressive_stop",
+        family=Family.SPRING,
+        title="progressive stop on one side",
+        equation="f = s·(k·o + k2·o²), o = max(0, s·(z − z_stop)), s = sgn(z_stop)",
+        parameters=(
+            ParameterSpec("k", "N/m", remedy=Remedy.STROKE),
+            ParameterSpec("k2", "N/m²", default=0.0, bound_is_meant=True, remedy=Remedy.STROKE),
+            ParameterSpec("z_stop", "m", UNBOUNDED, remedy=Remedy.STROKE),
+        ),
+        nameable=False,  # an end stop on both sides has a name
         linear_in_velocity=True,
     ),
 )

@@ -11,11 +11,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from identification.models.motion import delayed, is_step
+from identification.physical.elements.equations.coil import coil_loop
 
 if TYPE_CHECKING:
     from identification.physical.model import Element
 
 Floats = NDArray[np.float64]
+
+_SHORTEST = 1e-9  # time of a lag over the time between samples
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +30,9 @@ class Clock:
     remanence: float
 
 
-Apply = Callable[[Floats, Floats, Floats, float, Clock], Floats]
-"""(u, du, own, value, clock): u (N,) after the element; changes du (C, N) and fills own (N,), ∂u/∂value, in place."""
+Apply = Callable[[Floats, Floats, Floats, Sequence[float], Clock], Floats]
+"""(u, du, own, values, clock): u (N,) after the element; in place it changes du (C, N) and fills own (K, N), ∂u by each
+of its K parameters."""
 
 
 def effective_current(
@@ -43,13 +47,15 @@ def effective_current(
     du = np.zeros((sum(len(e.parameters) for e in elements), i.size))
     at = 0
     for e in elements:
-        u = _APPLY[e.name](u, du[:at], du[at], e.parameters[0].value, clock)
-        at += len(e.parameters)
+        end = at + len(e.parameters)
+        u = _APPLY[e.name](u, du[:at], du[at:end], [p.value for p in e.parameters], clock)
+        at = end
     return u, du
 
 
-def _lag(u: Floats, du: Floats, own: Floats, tau: float, clock: Clock) -> Floats:
-    return np.asarray(_lag_loop(u, is_step(u), du, own, max(tau, 1e-9 * clock.dt), clock.dt))
+def _lag(u: Floats, du: Floats, own: Floats, values: Sequence[float], clock: Clock) -> Floats:
+    tau = max(values[0], _SHORTEST * clock.dt)
+    return np.asarray(_lag_loop(u, is_step(u), du, own[0], tau, clock.dt))
 
 
 @njit(cache=True)
@@ -76,26 +82,32 @@ def _lag_loop(i: Floats, step: NDArray[np.bool_], du: Floats, own: Floats, tau: 
     return u
 
 
-def _delay(u: Floats, du: Floats, own: Floats, tau: float, clock: Clock) -> Floats:
-    dt, period = clock.dt, clock.period
+def _coil(u: Floats, du: Floats, own: Floats, values: Sequence[float], clock: Clock) -> Floats:
+    rise, fall = (max(tau, _SHORTEST * clock.dt) for tau in values)
+    return np.asarray(coil_loop(u[0], u, is_step(u), du, own, (rise, fall), clock.dt))
+
+
+def _delay(u: Floats, du: Floats, own: Floats, values: Sequence[float], clock: Clock) -> Floats:
+    tau, dt, period = values[0], clock.dt, clock.period
     late = delayed(u, tau, dt, period)
     later, earlier = delayed(u, tau + 0.5 * dt, dt, period), delayed(u, max(tau - 0.5 * dt, 0.0), dt, period)
-    own[:] = (later - earlier) / (0.5 * dt + min(tau, 0.5 * dt))
+    own[0] = (later - earlier) / (0.5 * dt + min(tau, 0.5 * dt))
     for row in du:
         row[:] = delayed(row, tau, dt, period)
     return late
 
 
-def _saturation(u: Floats, du: Floats, own: Floats, i_s: float, clock: Clock) -> Floats:
+def _saturation(u: Floats, du: Floats, own: Floats, values: Sequence[float], clock: Clock) -> Floats:
+    i_s = values[0]
     th = np.tanh(u / i_s)
     slope = 1.0 - th**2
-    own[:] = th - u / i_s * slope
+    own[0] = th - u / i_s * slope
     du *= slope
     return np.asarray(i_s * th)
 
 
-def _hysteresis(u: Floats, du: Floats, own: Floats, width: float, clock: Clock) -> Floats:
-    return np.asarray(_play_loop(u, du, own, width, clock.remanence))
+def _hysteresis(u: Floats, du: Floats, own: Floats, values: Sequence[float], clock: Clock) -> Floats:
+    return np.asarray(_play_loop(u, du, own[0], values[0], clock.remanence))
 
 
 @njit(cache=True)
@@ -122,6 +134,7 @@ def _play_loop(i: Floats, du: Floats, own: Floats, width: float, remanence: floa
 
 _APPLY: Final[Mapping[str, Apply]] = {
     "control_lag": _lag,
+    "coil_lag": _coil,
     "control_delay": _delay,
     "control_saturation": _saturation,
     "control_hysteresis": _hysteresis,

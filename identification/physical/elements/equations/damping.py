@@ -12,6 +12,7 @@ import numpy as np
 from identification.compiled import inlined
 from identification.physical.elements.catalogue import code_of
 from identification.physical.elements.equations.point import Force
+from identification.physical.elements.equations.shims import Shims, shim_stack
 
 _VISCOUS, _ARCTAN = code_of("viscous_damping"), code_of("arctan_damping")
 _PIECEWISE, _VALVE = code_of("piecewise_linear_damping"), code_of("valve_damping")
@@ -19,6 +20,7 @@ _QUADRATIC, _RELIEF = code_of("quadratic_damping"), code_of("relief_valve")
 _ASYMMETRY, _TANH = code_of("damping_asymmetry"), code_of("tanh_hysteresis")
 _REBOUND_COMPRESSION = code_of("rebound_compression_damping")
 _BUMP_STOP = code_of("hydraulic_bump_stop")
+_EDDY, _SHIMS = code_of("eddy_current_damping"), code_of("shim_stack_damping")
 STIFF = _ARCTAN  # the element that a caller with a constant code makes fastest: stiff models of the literature hold it
 
 
@@ -217,6 +219,20 @@ def tanh_hysteresis(q, at):
     return force, Tanh(th, at.u * th, a * at.w * g, a * sz * g, a * q.delta * sz_r * g)
 
 
+class Eddy(NamedTuple):
+    f_peak: float
+    w_peak: float
+
+
+@inlined
+def eddy_current(q, at):
+    """2 f_peak r/(1 + r²), r = w/w_peak: beyond w_peak the force falls, by f_peak/(4 w_peak) at most."""
+    r = at.w / q.w_peak
+    m = 2.0 / (1.0 + r * r)
+    by_r = q.f_peak * m * (m - 1.0)  # of r: (1 − r²)/(1 + r²) is m − 1
+    return Force(q.f_peak * m * r, 0.0, by_r / q.w_peak, 0.0, 0.0, 0.0, 0.0), Eddy(m * r, -by_r * r / q.w_peak)
+
+
 @inlined
 def damping(code, p, o, at, dp, wanted):
     """Force of the element with that code, its parameters from p[o] on; where `wanted`, its partials from dp[o] on."""
@@ -254,6 +270,14 @@ def damping(code, p, o, at, dp, wanted):
             dp[o], dp[o + 1] = by
     elif code == _REBOUND_COMPRESSION:
         force, by = rebound_compression(ReboundCompression(p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4]), at)
+        if wanted:
+            dp[o], dp[o + 1], dp[o + 2], dp[o + 3], dp[o + 4] = by
+    elif code == _EDDY:
+        force, by = eddy_current(Eddy(p[o], p[o + 1]), at)
+        if wanted:
+            dp[o], dp[o + 1] = by
+    elif code == _SHIMS:
+        force, by = shim_stack(Shims(p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4]), at)
         if wanted:
             dp[o], dp[o + 1], dp[o + 2], dp[o + 3], dp[o + 4] = by
     else:

@@ -15,6 +15,7 @@ from identification.physical.elements.equations.point import Force
 
 _BOUC_WEN, _COULOMB = code_of("bouc_wen"), code_of("coulomb_friction")
 _STRIBECK, _PRESLIDING = code_of("stribeck_friction"), code_of("presliding_friction")
+_SELECTIVE = code_of("frequency_selective_damping")
 
 
 @inlined
@@ -99,6 +100,10 @@ def friction(code, p, o, at, m, dp, wanted):
         force, by = stribeck(Stribeck(p[o], p[o + 1], p[o + 2], p[o + 3]), at)
         if wanted:
             dp[o], dp[o + 1], dp[o + 2], dp[o + 3] = by
+    elif code == _SELECTIVE:
+        force = Force(p[o] * m, 0.0, 0.0, 0.0, p[o], 0.0, 0.0)
+        if wanted:
+            dp[o], dp[o + 1] = m, 0.0
     else:
         force = presliding(m)
         if wanted:

@@ -1,4 +1,5 @@
-"""How the memories of elements change over a step: hysteresis, presliding, bristles, the travel since a reversal."""
+"""How the memories of elements change over a step: hysteresis, presliding, bristles, the travel since a reversal, a
+velocity that is followed late."""
 
 # Numba infers the types of these functions from their calls; annotations would not be read.
 # mypy: allow-untyped-defs, allow-untyped-calls, allow-untyped-decorators
@@ -16,6 +17,7 @@ from identification.physical.elements.equations.motion import LuGre, bristle_lev
 
 _BOUC_WEN, _PRESLIDING = code_of("bouc_wen"), code_of("presliding_friction")
 _REVERSAL, _LUGRE = code_of("reversal_force_lag"), code_of("lugre_friction")
+_SELECTIVE = code_of("frequency_selective_damping")
 _PART = 0.5  # of the travel in which a Bouc–Wen hysteresis fades by e: one Runge–Kutta step
 _FORGOTTEN = 16  # such steps on, what was has faded by e⁻⁸
 _GROWN = 64  # such steps on, what grows as it is loaded is at its top: e⁷ times as high as it began to grow
@@ -46,7 +48,7 @@ def _lugre_of(p, o):
 @inlined
 def own(code, o):
     """First parameter that the partials out[2:] of a memory belong to."""
-    return o + 1 if code == _BOUC_WEN else o
+    return o + 1 if code in (_BOUC_WEN, _SELECTIVE) else o
 
 
 @inlined
@@ -56,6 +58,8 @@ def own_count(code):
         return 4
     if code == _LUGRE:
         return 5
+    if code == _SELECTIVE:
+        return 1
     return 2 if code == _PRESLIDING else 0
 
 
@@ -164,14 +168,16 @@ def _bristle_leg(q, m, travel, s, h, out):
     dm/dt = w − sigma0 |w| m/g(w) gives m = s g/sigma0 + (m0 − s g/sigma0) exp(−sigma0 travel/g). `out` gets ∂/∂m0, ∂/∂z
     and the partials by sigma0, sigma1, f_c, f_s, w_s.
     """
-    sigma, speed = q.sigma0, travel / h
+    # A leg to a reversal at once: its duration rounds to zero, and it changes nothing.
+    sigma, rate = q.sigma0, 1.0 / h if h > 0.0 else 0.0
+    speed = travel * rate
     g, g_w, e = bristle_level(q, speed)
     end = s * g / sigma
     fade = np.exp(-sigma * travel / g)
     by_g = s / sigma * (1.0 - fade) + (m - end) * fade * sigma * travel / (g * g)
     x = speed / q.w_s
     out[0] = fade
-    out[1] = s * (by_g * g_w / h - (m - end) * sigma / g * fade)
+    out[1] = s * (by_g * g_w * rate - (m - end) * sigma / g * fade)
     out[2] = -end / sigma * (1.0 - fade) - (m - end) * travel / g * fade
     out[3] = 0.0
     out[4] = by_g * (1.0 - e)
@@ -222,6 +228,21 @@ def _travel(m, leg, out):
 
 
 @compiled
+def _followed(tau, m, leg, out):
+    """y after a step of dy/dt = (w − y)/tau, exact for a velocity that is linear over it; `out` as in `advance`.
+
+    With s = h/tau: y = e^−s y0 + (1 − e^−s) w_old + (1 − (1 − e^−s)/s) (w − w_old).
+    """
+    _, w_old, w, h = leg
+    s = max(h / tau, 1e-300)
+    e, gone = np.exp(-s), -np.expm1(-s)
+    ramp = 1.0 - gone / s
+    out[BY_MEMORY], out[BY_Z], out[BY_W], out[BY_W_OLD] = e, 0.0, ramp, gone - ramp
+    out[OWN] = (s * e * (m - w_old) - (gone / s - e) * (w - w_old)) / tau
+    return e * m + gone * w_old + ramp * (w - w_old)
+
+
+@compiled
 def advance(code, p, o, m, leg, wanted, out, tmp):
     """Memory of one element after a step. A reversal inside the step splits it in two legs, by uniform deceleration.
 
@@ -231,6 +252,8 @@ def advance(code, p, o, m, leg, wanted, out, tmp):
     dz, w_old, w, h = leg
     if code == _REVERSAL:
         new = _travel(m, leg, out)
+    elif code == _SELECTIVE:
+        new = _followed(p[o + 1], m, leg, out)
     elif w_old * w < 0.0:
         a, b = abs(w_old), abs(w)
         part, turn = b / (a + b), np.sign(w)
@@ -282,6 +305,8 @@ def steady(core, w, x, memory, sens):
             _begin(sens, k, column, o, by)
         elif codes[k] == _REVERSAL:
             memory[k] = 1e300
+        elif codes[k] == _SELECTIVE:
+            memory[k] = w
 
 
 @inlined

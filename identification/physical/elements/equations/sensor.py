@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,15 @@ from numpy.typing import NDArray
 from identification.models.motion import Motion
 from identification.physical.elements.spec import ElementSpec
 
+if TYPE_CHECKING:
+    from identification.physical.model import Element
+
 Floats = NDArray[np.float64]
 Added = tuple[Floats, Floats]  # force (N,) and its partials (N, K)
 Equation = Callable[[Sequence[float], Motion, Floats], Added]
+
+ACTS: Final = ("force_offset", "parallel_stiffness")
+"""Elements of the sensor path that may be forces of the damper; the others belong to the rig and its load cell."""
 
 
 def sensor_force(spec: ElementSpec, values: Sequence[float], motion: Motion, force: Floats) -> Added:
@@ -24,6 +30,12 @@ def sensor_force(spec: ElementSpec, values: Sequence[float], motion: Motion, for
 def delay_of(spec: ElementSpec, values: Sequence[float]) -> float:
     """How late the element makes the force, s: its inputs are taken from so long ago."""
     return values[0] if spec.name == "force_delay" else 0.0
+
+
+def acting(sensor: Sequence[Element]) -> tuple[float, float]:
+    """Offset, N, and stiffness, N/m, of the elements of the sensor path that act on a vehicle."""
+    sums = {name: sum(e.parameters[0].value for e in sensor if e.name == name) for name in ACTS}
+    return sums["force_offset"], sums["parallel_stiffness"]
 
 
 def _delay(values: Sequence[float], motion: Motion, force: Floats) -> Added:

@@ -1,4 +1,4 @@
-"""Equations of the spring family: forces that follow from the position alone."""
+"""Equations of the spring family: forces that follow from the position, and for a warm gas from the temperature."""
 
 # Numba infers the types of these functions from their calls; annotations would not be read.
 # mypy: allow-untyped-defs, allow-untyped-calls, allow-untyped-decorators
@@ -13,7 +13,8 @@ from identification.compiled import inlined
 from identification.physical.elements.catalogue import code_of
 
 _STIFFNESS, _CUBIC = code_of("linear_stiffness"), code_of("cubic_stiffness")
-_GAS, _STOP = code_of("gas_spring"), code_of("end_stop")
+_GAS, _STOP, _PROGRESSIVE = code_of("gas_spring"), code_of("end_stop"), code_of("progressive_stop")
+_WARM_GAS, _KELVIN = code_of("warm_gas_spring"), 273.15
 
 
 class Gas(NamedTuple):
@@ -29,6 +30,21 @@ def gas(q, z):
     g = b ** (-q.n)
     slope = q.f0 * q.n * g / b
     return -q.f0 * g, slope / q.length, Gas(-g, -slope * z / (q.length * q.length), q.f0 * g * np.log(b))
+
+
+class WarmGas(NamedTuple):
+    f0: float
+    length: float
+    n: float
+    T_ref: float
+
+
+@inlined
+def warm_gas(q, z, temperature):
+    """The same, its pressure in proportion to the absolute temperature."""
+    scale, absolute = (temperature + _KELVIN) / (q.T_ref + _KELVIN), q.T_ref + _KELVIN
+    f, f_z, by = gas(Gas(q.f0 * scale, q.length, q.n), z)
+    return f, f_z, WarmGas(by.f0 * scale, by.length, by.n, -f / absolute)
 
 
 class Stop(NamedTuple):
@@ -47,8 +63,23 @@ def stop(q, z):
     return f, f_z, by
 
 
+class Progressive(NamedTuple):
+    k: float
+    k2: float
+    z_stop: float
+
+
 @inlined
-def spring(code, p, o, z, dp, wanted):
+def progressive_stop(q, z):
+    """s (k o + k2 o²), o = max(0, s (z − z_stop)), s the side of z_stop."""
+    s = 1.0 if q.z_stop >= 0.0 else -1.0
+    o = max(0.0, s * (z - q.z_stop))
+    slope = q.k + 2.0 * q.k2 * o if o > 0.0 else 0.0
+    return s * (q.k + q.k2 * o) * o, slope, Progressive(s * o, s * o * o, -slope)
+
+
+@inlined
+def spring(code, p, o, z, temperature, dp, wanted):
     """Force of the element with that code and its slope by z; where `wanted`, its partials from dp[o] on."""
     if code == _STIFFNESS:
         f, f_z = p[o] * z, p[o]
@@ -60,6 +91,14 @@ def spring(code, p, o, z, dp, wanted):
             dp[o] = z * z * z
     elif code == _GAS:
         f, f_z, by = gas(Gas(p[o], p[o + 1], p[o + 2]), z)
+        if wanted:
+            dp[o], dp[o + 1], dp[o + 2] = by
+    elif code == _WARM_GAS:
+        f, f_z, by = warm_gas(WarmGas(p[o], p[o + 1], p[o + 2], p[o + 3]), z, temperature)
+        if wanted:
+            dp[o], dp[o + 1], dp[o + 2], dp[o + 3] = by
+    elif code == _PROGRESSIVE:
+        f, f_z, by = progressive_stop(Progressive(p[o], p[o + 1], p[o + 2]), z)
         if wanted:
             dp[o], dp[o + 1], dp[o + 2] = by
     else:

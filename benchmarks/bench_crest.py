@@ -1,0 +1,77 @@
+"""Crest factors: flat and log-spaced lines, all limits together, long periods.
+
+`python -m benchmarks.bench_crest`: about two minutes.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.bench_coverage import PAPER
+from excitation.configuration import to_spec
+from excitation.crest import crest_factor_of
+from excitation.joint_crest import Limited, low_shares
+from excitation.multisine import random_phase
+from excitation.multisine_spec import MultisineSpec
+
+
+def main() -> None:
+    """Prints measured against goal."""
+    for count in (31, 100, 1000):
+        _row(f"{count} flat lines", np.arange(1, count + 1), 1.38)
+    for decades, goal in ((2.0, 2.1), (2.5, 2.1), (3.0, None)):
+        _row(f"35 log-spaced lines over {decades:g} decades", log_spaced(35, decades), goal)
+    together(to_spec(MultisineSpec, PAPER))
+    long(to_spec(MultisineSpec, PAPER))
+
+
+def log_spaced(count: int, decades: float) -> NDArray[np.int64]:
+    """So many different lines from 1 to 10^decades."""
+    for points in range(count, 100 * count):
+        lines = np.unique(np.round(np.logspace(0.0, decades, points)).astype(np.int64))
+        if lines.size == count:
+            return lines
+    raise ValueError(f"no {count} lines over {decades:g} decades")
+
+
+def together(spec: MultisineSpec) -> None:
+    """The speed reached within ±60 mm and 1.5 m/s, and with 60 m/s² too."""
+    for spectrum, limit in (("quarter-car", None), ("road", 60.0)):
+        for what in ("limits", "displacement", "velocity", "acceleration"):
+            motion = replace(spec.displacement, spectrum=spectrum, max_acceleration_m_s2=limit)
+            asked = replace(spec, displacement=motion, phases="crest", crest_of=what)  # type: ignore[arg-type]
+            period = random_phase(asked)
+            used = ", ".join(f"{one.name} {one.used:.2f}" for one in period.limits)
+            rms = float(np.sqrt(np.mean(period.velocity_m_s**2)))
+            print(f"{spectrum}, crest_of {what}: {rms:.3f} m/s rms; share of limits: {used}", flush=True)
+
+
+def long(spec: MultisineSpec) -> None:
+    """Time over the number of samples."""
+    for power in (13, 18, 21):
+        asked = replace(spec, period_samples=2**power, seed=1000, phases="crest")
+        start, worked = time.perf_counter(), time.process_time()
+        period = random_phase(asked)
+        elapsed, worked = time.perf_counter() - start, time.process_time() - worked
+        goal = f"   goal ≤ 30 s: {'met' if elapsed <= 30.0 else 'MISSED'}" if power == 21 else ""
+        rms = float(np.sqrt(np.mean(period.velocity_m_s**2)))
+        print(
+            f"2^{power} samples, all limits: {elapsed:.1f} s ({worked:.1f} s of processor), {rms:.3f} m/s rms{goal}",
+            flush=True,
+        )
+
+
+def _row(what: str, lines: NDArray[np.int64], goal: float | None) -> None:
+    flat, start = np.ones(lines.size), time.perf_counter()
+    limited = Limited(amplitude=flat, turns=np.zeros(lines.size), limit=float(np.sqrt(0.5 * lines.size)))
+    crest = crest_factor_of(lines, flat, low_shares(lines, [limited], goal=1.375))
+    verdict = "" if goal is None else f"   goal ≤ {goal:g}: {'met' if crest <= goal else 'MISSED'}"
+    print(f"{what}: crest factor {crest:.4f}, {time.perf_counter() - start:.1f} s{verdict}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

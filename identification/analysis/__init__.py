@@ -1,0 +1,7 @@
+"""Measured periodic tests analysed before any model, and the page that shows it."""
+
+from identification.analysis.of_runs import analyse_runs
+from identification.analysis.page import analysis_html, write_analysis
+from identification.analysis.words import analysis_data, analysis_text
+
+__all__ = ["analyse_runs", "analysis_data", "analysis_html", "analysis_text", "write_analysis"]

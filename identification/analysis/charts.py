@@ -1,0 +1,148 @@
+"""The pictures of an analysis: each a plotly figure."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+from plotly.subplots import make_subplots
+
+from excitation.analysis import Analysis, Response
+from identification.page_style import CLEAR, COLOURS, LAYOUT
+
+__all__ = ["charts", "coherence", "force_spectrum", "over_time", "response"]
+
+Floats = NDArray[np.float64]
+
+_LOWEST = 0.1  # of a magnitude: a lower end of its band is not drawn on the logarithmic axis
+_POINTS = 4000  # of a curve: a screen shows no more
+_KINDS = {
+    "force": ("force on the driven lines", COLOURS[3], "circle"),
+    "odd": ("odd distortion", COLOURS[1], "triangle-up"),
+    "even": ("even distortion", COLOURS[2], "square"),
+    "odd and even": ("odd and even distortion", COLOURS[5], "diamond"),
+    "noise": ("noise of the mean period", COLOURS[7], "circle"),
+}
+_TITLES = {
+    "displacement": ("Force over displacement: dynamic stiffness", "N/m"),
+    "velocity": ("Force over velocity: damping", "N·s/m"),
+    "current": ("Force over current", "N/A"),
+}
+
+
+def charts(found: Analysis) -> list[go.Figure]:
+    """All figures, in the order of the page."""
+    out = [force_spectrum(found)]
+    order = {"velocity": 0, "displacement": 1}
+    out += [response(one) for one in sorted(found.responses, key=lambda one: order.get(one.over, 2))]
+    out.append(coherence(found))
+    return [*out, over_time(found)] if found.variation.trends else out
+
+
+def force_spectrum(found: Analysis) -> go.Figure:
+    """Rms of the force on each line: what is driven, odd and even distortion beside it, and noise."""
+    figure = go.Figure()
+    for one in found.spectrum:
+        name, colour, symbol = _KINDS[one.kind]
+        label = name if one.kind == "noise" else f"{name}, level without noise"
+        every = _every(one.rms)
+        if one.kind != "noise":
+            figure.add_scattergl(
+                x=one.frequency_hz[every], y=_shown(one.rms[every]), mode="markers", name=name, legendgroup=one.kind,
+                marker={"size": 5, "color": colour, "symbol": symbol, "opacity": 0.55},
+            )  # fmt: skip
+        if one.kind != "force":
+            figure.add_scatter(
+                x=one.frequency_hz[every], y=_shown(one.smooth[every]), mode="lines", legendgroup=one.kind,
+                name=label, line={"color": colour, "width": 2},
+            )  # fmt: skip
+    figure.update_xaxes(title="frequency, Hz", type="log")
+    figure.update_yaxes(title="force on a line, N rms", type="log", exponentformat="power")
+    return _laid_out(figure, "Spectrum of the force", 480)
+
+
+def response(one: Response) -> go.Figure:
+    """Magnitude and phase with the band that holds 95 %."""
+    title, unit = _TITLES[one.over]
+    every = _every(one.frequency_hz)
+    frequency, value, bound = one.frequency_hz[every], one.value[every], one.bound[every]
+    size, phase = np.abs(value), np.degrees(np.angle(value))
+    # 95 % of a normal part of a circular error, from the radius that holds 95 % of both parts
+    half = bound * (1.96 / np.sqrt(2.0) / np.sqrt(-np.log(0.05)))
+    turn = np.degrees(np.arcsin(np.minimum(half / np.maximum(size, np.finfo(np.float64).tiny), 1.0)))
+    figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.06, row_heights=[0.62, 0.38])
+    for row, middle, low, high in (
+        (1, size, np.maximum(size - half, _LOWEST * size), size + half),
+        (2, phase, phase - turn, phase + turn),
+    ):
+        _band(figure, frequency, low, high, row)
+        figure.add_scatter(
+            x=frequency, y=middle, mode="lines+markers", marker={"size": 4}, line={"color": COLOURS[0], "width": 1.5},
+            name="best linear approximation", legendgroup="middle", showlegend=row == 1, row=row, col=1,
+        )  # fmt: skip
+    figure.update_xaxes(type="log")
+    figure.update_xaxes(title="frequency, Hz", row=2, col=1)
+    figure.update_yaxes(title=f"magnitude, {unit}", type="log", exponentformat="power", row=1, col=1)
+    figure.update_yaxes(title="phase, °", row=2, col=1)
+    return _laid_out(figure, title, 520)
+
+
+def _band(figure: go.Figure, frequency: Floats, low: Floats, high: Floats, row: int) -> None:
+    known = np.isfinite(low) & np.isfinite(high)
+    if not np.any(known):
+        return
+    across = np.concatenate([frequency[known], frequency[known][::-1]])
+    figure.add_scatter(
+        x=across, y=np.concatenate([low[known], high[known][::-1]]), fill="toself", mode="lines", line={"width": 0},
+        fillcolor="rgba(26,143,143,0.25)", name="holds it with 95 %", legendgroup="band", showlegend=row == 1,
+        hoverinfo="skip", row=row, col=1,
+    )  # fmt: skip
+
+
+def coherence(found: Analysis) -> go.Figure:
+    """Share of the force on each driven line that follows the motion linearly."""
+    figure = go.Figure()
+    every = _every(found.frequency_hz)
+    for name, values, colour in (
+        ("with distortion and noise", found.coherence, COLOURS[0]),
+        ("with noise alone", found.noise_coherence, COLOURS[7]),
+    ):
+        if np.isfinite(values).any():
+            figure.add_scatter(
+                x=found.frequency_hz[every], y=values[every], mode="lines+markers", name=name, marker={"size": 4},
+                line={"color": colour, "width": 1.5},
+            )  # fmt: skip
+    figure.update_xaxes(title="frequency, Hz", type="log")
+    figure.update_yaxes(title="coherence")
+    return _laid_out(figure, "Coherence: linear share of the force", 360)
+
+
+def over_time(found: Analysis) -> go.Figure:
+    """The force of each period: its size beside the mean one, and its mean."""
+    figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.12)
+    for number, trend in enumerate(found.variation.trends):
+        count, colour = np.arange(1, trend.gain.size + 1), COLOURS[number % len(COLOURS)]
+        error = {"type": "constant", "value": 196.0 * trend.gain_std, "thickness": 1}
+        for row, values in ((1, 100.0 * (trend.gain - 1.0)), (2, trend.mean)):
+            figure.add_scatter(
+                x=count, y=values, mode="lines+markers", name=trend.name, legendgroup=trend.name, showlegend=row == 1,
+                error_y=error if row == 1 else None, line={"color": colour, "width": 1.5}, row=row, col=1,
+            )  # fmt: skip
+    figure.update_xaxes(title="period", row=2, col=1)
+    figure.update_yaxes(title="change of the force, %", row=1, col=1)
+    figure.update_yaxes(title="mean force, N", row=2, col=1)
+    return _laid_out(figure, "From period to period", 540)
+
+
+def _shown(values: Floats) -> list[float | None]:
+    """Without zeros, which a logarithmic axis cannot show."""
+    return [float(value) if value > 0.0 else None for value in values]
+
+
+def _every(values: Floats) -> slice:
+    return slice(None, None, max(1, -(-values.size // _POINTS)))
+
+
+def _laid_out(figure: go.Figure, title: str, height: int) -> go.Figure:
+    legend = {"orientation": "h", "y": -0.2, "bgcolor": CLEAR}
+    return figure.update_layout(title=title, height=height, showlegend=True, legend=legend, **LAYOUT)

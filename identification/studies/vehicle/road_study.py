@@ -1,0 +1,177 @@
+"""Dampers in the quarter car: comfort on a road, and transmissibility by multisine and by stepped sine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from excitation import RoadProfileSpec
+from excitation.configuration import STRICT
+from excitation.road_profile import RoadClass
+from identification.errors import DataError
+from identification.models.protocol import SimulationModel
+from identification.physical.model import Model
+from identification.physical.stepping import left_out
+from identification.studies.vehicle import grounds
+from identification.studies.vehicle.answer import Answer, Curve, Figure, Study, labels_of
+from identification.studies.vehicle.comfort import comfort
+from identification.studies.vehicle.protocol import Ground
+from identification.studies.vehicle.quarter_car import QuarterCar, quarter_car
+from identification.studies.vehicle.ride import Control, Held, Ride, check_dampers, left_training, ride
+from identification.studies.vehicle.step import step_for
+from identification.studies.vehicle.transmissibility import Transmissibility, by_multisine, stepped_sine
+
+PLACE = "suspension"
+Tell = Callable[[float, str], None]
+_SETTLE_S = 2.0
+_LONGEST_S = 600.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OnRoad:
+    """A quarter car on a road of ISO 8608 for so many seconds; the current is held, A, None: no damper needs one.
+
+    The multisine excites 0.5 … 20 Hz with `rms_m` and repeats after `period_s`; the stepped sine has the amplitude
+    `amplitude_m` at each of its frequencies, and is left out where there are none.
+    """
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = STRICT
+
+    car: QuarterCar = field(default_factory=QuarterCar)
+    road_class: RoadClass = "C"
+    speed_m_s: float = 20.0
+    seconds: float = 20.0
+    seed: int = 1
+    current: float | None = None
+    rms_m: float = 0.008
+    period_s: float = 8.0
+    sines_hz: tuple[float, ...] = ()
+    amplitude_m: float = 0.01
+    step_s: float | None = None
+
+    def __post_init__(self) -> None:
+        if not 5.0 <= self.seconds <= _LONGEST_S:
+            raise DataError(f"seconds is {self.seconds:g}: it must lie within [5, {_LONGEST_S:g}]")
+        if not 0.5 <= self.speed_m_s <= 150.0:
+            raise DataError(f"speed is {self.speed_m_s:g} m/s: it must lie within [0.5, 150]")
+
+
+def road_study(
+    models: Sequence[SimulationModel], given: OnRoad | None = None, *, on_progress: Tell | None = None
+) -> Study:
+    """The figures of every model in the quarter car, in the order given.
+
+    Raises
+    ------
+    DataError
+        before the work, one line: no model, a model without its current, steps that do not agree.
+    SimulationError
+        as `ride` does.
+    """
+    given = given or OnRoad()
+    ground, control = check_road_study(models, given)
+    dt = ground.dt
+    answers = []
+    for k, (label, model) in enumerate(zip(labels_of([m.name for m in models]), models, strict=True)):
+        tell = part_of(on_progress, k / len(models), 1.0 / len(models), label)
+        answers.append(_answer(label, model, given, ground, control, tell))
+    setting = (
+        f"Quarter car on a road of class {given.road_class} (ISO 8608) at {3.6 * given.speed_m_s:.4g} km/h for "
+        f"{given.seconds:g} s, step {1e3 * dt:g} ms"
+    )
+    return Study(title="Dampers in the quarter car", setting=setting, answers=tuple(answers), facts=asdict(given))
+
+
+def check_road_study(models: Sequence[SimulationModel], given: OnRoad) -> tuple[Ground, Control | None]:
+    """The road and what sets the current; raises DataError, one line, where the study cannot begin."""
+    if not models:
+        raise DataError("no model is given: a study compares one or more")
+    dt = step_for(models, given.step_s)
+    spec = RoadProfileSpec(
+        road_class=given.road_class,
+        length_m=given.speed_m_s * given.seconds,
+        seed=given.seed,
+        max_wavenumber_per_m=min(10.0, 0.4 / dt / given.speed_m_s),
+    )
+    ground, vehicle = grounds.road(spec, given.speed_m_s, dt), quarter_car(given.car)
+    control = None if given.current is None else Held(given.current)
+    for model in models:
+        check_dampers(vehicle, {PLACE: model}, ground, control)
+    return ground, control
+
+
+def _answer(
+    label: str, model: SimulationModel, given: OnRoad, ground: Ground, control: Control | None, tell: Tell
+) -> Answer:
+    vehicle, dampers, dt = quarter_car(given.car), {PLACE: model}, ground.dt
+    tell(0.0, "on the road")
+    found = ride(vehicle, dampers, ground, control=control)
+    tell(0.3, "multisine")
+    multitone = grounds.tones(0.5, 20.0, given.rms_m, given.period_s, dt, given.seed)
+    excited = grounds.multisine(multitone, 3, dt)
+    answer = ride(vehicle, dampers, excited, control=control)
+    curves = [by_multisine(answer, excited, "body", multitone.lines, multitone.period_samples)]
+    if given.sines_hz:
+        told = part_of(tell, 0.6, 0.4, "stepped sine")
+        more = stepped_sine(
+            vehicle, dampers, "body", given.sines_hz, given.amplitude_m, dt, control=control, on_progress=told
+        )
+        curves.append(more)
+    felt = comfort(found.outputs["body_acceleration"], 1.0 / dt, settle_s=_SETTLE_S)
+    late = slice(round(_SETTLE_S / dt), None)
+    peak_hz, peak = curves[-1].peak
+    figures = (
+        Figure(name="weighted acceleration a_w (Wk)", unit="m/s²", value=felt.rms),
+        Figure(name="highest a_w over 1 s (MTVV)", unit="m/s²", value=felt.highest),
+        Figure(name="vibration dose (VDV)", unit="m/s^1.75", value=felt.dose),
+        Figure(name="rms of the tyre force", unit="N", value=float(np.std(found.outputs["tyre_force"][late]))),
+        Figure(name="rms of the stroke", unit="m", value=float(np.std(found.x[late, 0]))),
+        Figure(name="power in the damper", unit="W", value=float(np.mean(found.force[late, 0] * found.v[late, 0]))),
+        Figure(name="peak of the transmissibility", unit="", value=peak),
+        Figure(name="frequency of the peak", unit="Hz", value=peak_hz),
+    )
+    notes = (f"comfort: {felt.words}", *notes_of(model, found))
+    return Answer(label=label, figures=figures, curves=(*_drawn(curves), *_histories(found)), notes=notes)
+
+
+def notes_of(model: SimulationModel, found: Ride) -> tuple[str, ...]:
+    """What limits an answer: parts of a model that stay at the rig, motions beyond its training, forces not met."""
+    notes = []
+    if isinstance(model, Model) and left_out(model):
+        notes.append(f"{', '.join(left_out(model))} belong to the rig, not to a damper in a vehicle: left out")
+    for signal, share in left_training(model, found, 0).items():
+        notes.append(f"{signal} leaves the training range in {100.0 * share:.2g} % of the samples")
+    if found.loose:
+        notes.append(f"force and motion did not come to agree at {found.loose} of {found.time.size} samples")
+    return tuple(notes)
+
+
+def _drawn(found: Sequence[Transmissibility]) -> list[Curve]:
+    titles = ("Transmissibility of the body, multisine", "Transmissibility of the body, stepped sine")
+    return [
+        Curve(title=title, x_name="frequency, Hz", y_name="body / road", x=one.frequency_hz, y=np.abs(one.ratio))
+        for title, one in zip(titles, found, strict=False)
+    ]
+
+
+def _histories(found: Ride) -> list[Curve]:
+    shown = slice(None, min(found.time.size, round(8.0 / (found.time[1] - found.time[0]))))
+    body, stroke = found.outputs["body_acceleration"][shown], "Force over velocity of the damper on the road"
+    v, force = found.v[shown, 0], found.force[shown, 0]
+    return [
+        Curve(title="Body on the road", x_name="time, s", y_name="acceleration, m/s²", x=found.time[shown], y=body),
+        Curve(title=stroke, x_name="velocity, m/s", y_name="force, N", x=v, y=force, style="markers"),
+    ]
+
+
+def part_of(tell: Tell | None, begin: float, share: float, label: str) -> Tell:
+    """Progress of a part of the work as progress of the whole."""
+
+    def told(done: float, what: str) -> None:
+        if tell is not None:
+            tell(begin + share * done, f"{label}: {what}" if what else label)
+
+    return told
