@@ -27,7 +27,15 @@ __all__ = ["STRICT", "key_of", "read_config", "to_config", "to_spec", "unit_of"]
 
 Spec = TypeVar("Spec")
 
+DEEPEST = 6
+"""Levels of the deepest configuration, a step of a test of a plan; texts say it, Python's own bound refuses."""
+
 _UNITS: Mapping[str, str] = {  # suffixes of fields, the longer ones first
+    "_n_m_per_rad": "N·m/rad",
+    "_n_s_per_m": "N·s/m",
+    "_n_per_m": "N/m",
+    "_kg_m2": "kg·m²",
+    "_per_m": "1/m",
     "_m_s2": "m/s²",
     "_m_s": "m/s",
     "_n_s_m": "N·s/m",
@@ -46,6 +54,7 @@ _UNITS: Mapping[str, str] = {  # suffixes of fields, the longer ones first
     "_a": "A",
     "_n": "N",
     "_w": "W",
+    "_deg": "°",
 }
 
 
@@ -85,6 +94,8 @@ def read_config(path: Path) -> dict[str, JSON]:
         raise DesignError(f"{path}: not a text: give a TOML file, such as those in examples/") from error
     except tomllib.TOMLDecodeError as error:
         raise DesignError(f"{path}: not valid TOML: {error}") from error
+    except RecursionError as error:
+        raise DesignError(f"{path}: tables or lists nested too deep: a design has at most {DEEPEST} levels") from error
 
 
 def to_spec(kind: type[Spec], config: Mapping[str, JSON], where: str = "") -> Spec:
@@ -98,6 +109,8 @@ def to_spec(kind: type[Spec], config: Mapping[str, JSON], where: str = "") -> Sp
         raise DesignError(f"{where or 'configuration'} is {_shown(config)}: it must be a table of keys and values")
     try:
         text = json.dumps(config)
+    except RecursionError as error:
+        raise DesignError(f"{where or 'configuration'}: nested too deep: it has at most {DEEPEST} levels") from error
     except (TypeError, ValueError) as error:
         raise DesignError(
             f"{where or 'configuration'}: {error}: use only text, numbers, booleans, lists and tables"

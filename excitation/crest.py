@@ -13,6 +13,7 @@ from excitation.portable_math import cosine_and_sine, uniform
 __all__ = ["crest_factor_of", "low_crest", "schroeder"]
 
 _EXPONENTS = (4, 16, 64, 256, 1024)
+_MANY = 2**20  # samples of the fine grid beyond which fewer evaluations keep the time below half a minute
 _OVERSAMPLING = 32  # samples per period of the highest line, while the peak is sought
 
 
@@ -60,7 +61,7 @@ def low_crest(
     Guillaume, Schoukens, Pintelon & Kollár, IEEE Trans. Instrum. Meas. 40 (1991): crest factor by L_p norms.
     """
     signal = _Signal(lines, amplitude, _OVERSAMPLING)
-    budget = evaluations or min(4000, max(200, 3000 * 4096 // signal.samples))
+    budget = evaluations or min(4000, max(min(200, 200 * _MANY // signal.samples), 3000 * 4096 // signal.samples))
     each = min(100, max(10, budget // len(_EXPONENTS)))
     best_phases = schroeder(amplitude)
     best = crest_factor_of(lines, amplitude, best_phases)

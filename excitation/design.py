@@ -3,25 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 
 from excitation.checks import check_one_of
 from excitation.configuration import read_config, to_config, to_spec
-from excitation.envelope import Envelope, check, check_plan, read_envelope, scale_to_fit
+from excitation.envelope import Envelope, read_envelope
 from excitation.errors import DesignError, EnvelopeError
+from excitation.excess import ON_EXCESS, OnExcess, fit_plan
 from excitation.files import read_excitation, read_plan
 from excitation.harmonic_plan import harmonic_plan
-from excitation.kinds import HOMOGENISED, Kind
+from excitation.joined_plan import joined_plan
+from excitation.kinds import HOMOGENISED, NOISE, REPLAY, Kind
 from excitation.plan import Test, TestPlan, config_of, plan_from_config
 from excitation.plan_files import holds_a_plan
 from excitation.prediction import ForceModel
+from excitation.presets import PresetSpec, harmonic_config
 from excitation.signal import JSON, Excitation
 from excitation.synthesis import excitation_from_config
 
 __all__ = ["COMMANDS", "design", "design_file", "envelope_of", "remake", "remake_file", "within_envelope"]
 
-COMMANDS = ("random-phase", "homogenised", "harmonic")
+_KINDS: Mapping[str, str] = {  # commands that make one excitation, or one at several levels, and its kind
+    "random-phase": str(Kind.MULTISINE),
+    "homogenised": HOMOGENISED,
+    "steps": str(Kind.STEPS),
+    "sweep": str(Kind.SWEEP),
+    "noise": NOISE,
+    "road": str(Kind.ROAD),
+    "replay": REPLAY,
+}
+COMMANDS = (*_KINDS, "harmonic", "preset", "plan")
 
 
 def design_file(
@@ -30,11 +41,13 @@ def design_file(
     *,
     envelope: Envelope | Path | str | None = None,
     fit: bool = False,
+    on_excess: OnExcess | None = None,
     force_model: ForceModel | None = None,
 ) -> Excitation | TestPlan:
     """What `damper-rig design COMMAND CONFIG.toml` makes, checked against the limits or scaled to fit them.
 
-    ``envelope`` (or its TOML file) replaces the one that the configuration names. Paths in the configuration (an
+    ``envelope`` (or its TOML file) replaces the one that the configuration names; ``on_excess`` says what becomes of
+    tests that exceed it, ``fit`` is "scale". Paths in the configuration (an
     envelope, a service record) are relative to the configuration file.
 
     Raises DesignError or EnvelopeError that begins with the file's name.
@@ -44,12 +57,13 @@ def design_file(
     try:
         limits = envelope if isinstance(envelope, Envelope) else None if envelope is None else read_envelope(envelope)
         limits = limits or _limits(config)
+        given: OnExcess | None = on_excess or ("scale" if fit else None)
+        own: dict[str, JSON] = {} if given is None else {"on_excess": given}
         if limits is None or force_model is None:
-            own = {} if limits is None else {"envelope": to_config(limits)}
-            return design(command, config | own | ({"scale_to_fit": True} if fit else {}))
+            return design(command, config | own | ({} if limits is None else {"envelope": to_config(limits)}))
+        how = _on_excess({**config, **own})
         made = design(command, {key: value for key, value in config.items() if key != "envelope"})
-        fit = fit or config.get("scale_to_fit") is True
-        return within_envelope(made, limits, fit=fit, force_model=force_model)
+        return within_envelope(made, limits, on_excess=how, force_model=force_model)
     except DesignError as error:
         raise DesignError(f"{path}: {error}") from error
     except EnvelopeError as error:
@@ -68,10 +82,14 @@ def _limits(config: Mapping[str, JSON]) -> Envelope | None:
 
 
 def _with_paths_resolved(config: Mapping[str, JSON], folder: Path) -> dict[str, JSON]:
-    """The configuration with its envelope read and its service record's path resolved."""
+    """The configuration with its envelope read and the paths of records and parts resolved."""
     resolved = dict(config)
     if isinstance(named := config.get("envelope"), str):
         resolved["envelope"] = read_config(folder / named)
+    if isinstance(record := config.get("record"), str):
+        resolved["record"] = str(folder / record)
+    if isinstance(parts := config.get("parts"), (list, tuple)):
+        resolved["parts"] = [_part_resolved(part, folder) for part in parts]
     displacement = config.get("displacement")
     spectrum = displacement.get("spectrum") if isinstance(displacement, Mapping) else None
     if isinstance(displacement, Mapping) and isinstance(spectrum, Mapping):
@@ -81,53 +99,79 @@ def _with_paths_resolved(config: Mapping[str, JSON], folder: Path) -> dict[str, 
     return resolved
 
 
+def _part_resolved(part: JSON, folder: Path) -> JSON:
+    if not isinstance(part, Mapping):
+        return part
+    paths = {key: str(folder / name) for key in ("file", "config") if isinstance(name := part.get(key), str) and name}
+    test = part.get("test")
+    if isinstance(test, Mapping) and isinstance(record := test.get("record"), str):
+        return {**part, **paths, "test": {**test, "record": str(folder / record)}}
+    return {**part, **paths}
+
+
 def within_envelope(
     made: Excitation | TestPlan,
     envelope: Envelope,
     *,
     fit: bool = False,
+    on_excess: OnExcess | None = None,
     force_model: ForceModel | None = None,
 ) -> Excitation | TestPlan:
-    """What was made, if the rig can play it, or, with ``fit``, scaled so that it can.
+    """What was made, if the rig can play it, or what ``on_excess`` makes of it so that it can; ``fit`` is "scale".
 
     The force is that of ``force_model``, else of the envelope's specimen. Raises EnvelopeError.
     """
     plan = made if isinstance(made, TestPlan) else TestPlan(tests=(Test(name="excitation", excitation=made),))
-    warm_up = plan.warm_up
-    if fit:
-        tests = tuple(scale_to_fit(test, envelope, force_model) for test in plan.tests)
-        warm_up = None if warm_up is None else scale_to_fit(warm_up, envelope, force_model)
-        plan = replace(plan, tests=tests, warm_up=warm_up)
-    check_plan(plan, envelope, force_model)
-    if warm_up is not None:
-        check(warm_up, envelope, force_model)
+    plan = fit_plan(plan, envelope, on_excess or ("scale" if fit else "refuse"), force_model)
     return plan if isinstance(made, TestPlan) else plan.tests[0].excitation
 
 
 def design(command: str, config: Mapping[str, JSON]) -> Excitation | TestPlan:
-    """An excitation, or a plan where the configuration asks for several levels or realisations or is
-    harmonic.
+    """An excitation, or a plan where the configuration asks for several levels or realisations or for many tests.
 
-    A key `envelope` (a table) is checked, with `scale_to_fit` = true the tests are scaled to it.
+    A key `envelope` (a table) is checked; `on_excess` says what becomes of tests that exceed it, `scale_to_fit` = true
+    is "scale".
 
     Raises DesignError or EnvelopeError, one line.
     """
     check_one_of("command", command, COMMANDS)
-    if command == "harmonic":
-        return harmonic_plan(config)
-    kind = str(Kind.MULTISINE) if command == "random-phase" else HOMOGENISED
-    own = {key: value for key, value in config.items() if key not in _KEYS_OF_THE_SERIES}
-    made = _one_or_series({**own, "kind": kind}, config)
-    envelope, fit = config.get("envelope"), config.get("scale_to_fit", False)
-    if not isinstance(fit, bool):
-        raise DesignError(f"scale_to_fit is {fit!r}: it must be true or false")
+    how = _on_excess(config)
+    envelope = config.get("envelope")
+    try:
+        made = _designed(command, {key: value for key, value in config.items() if key not in _KEYS_OF_THE_RIG})
+    except ArithmeticError as error:
+        raise DesignError(f"a value is too large or too small to compute with ({error})") from error
     if envelope is None:
         return made
-    return within_envelope(made, to_spec(Envelope, envelope, "envelope"), fit=fit)  # type: ignore[arg-type]
+    return within_envelope(made, to_spec(Envelope, envelope, "envelope"), on_excess=how)  # type: ignore[arg-type]
 
 
-# keys of the configuration that do not belong to the multisine
-_KEYS_OF_THE_SERIES = frozenset({"levels", "realisations", "kind", "envelope", "scale_to_fit"})
+def _on_excess(config: Mapping[str, JSON]) -> OnExcess:
+    """What the configuration asks for; raises DesignError."""
+    fit = config.get("scale_to_fit", False)
+    if not isinstance(fit, bool):
+        raise DesignError(f"scale_to_fit is {fit!r}: it must be true or false")
+    how = config.get("on_excess", "scale" if fit else "refuse")
+    check_one_of("on_excess", how, ON_EXCESS)
+    return how  # type: ignore[return-value]  # one of them
+
+
+def _designed(command: str, config: Mapping[str, JSON]) -> Excitation | TestPlan:
+    match command:
+        case "harmonic":
+            return harmonic_plan(config)
+        case "preset":
+            return harmonic_plan(harmonic_config(to_spec(PresetSpec, config)))
+        case "plan":
+            return joined_plan(config, design_file)
+        case "random-phase" | "homogenised":
+            own = {key: value for key, value in config.items() if key not in _KEYS_OF_THE_SERIES}
+            return _one_or_series({**own, "kind": _KINDS[command]}, config)
+    return excitation_from_config({**config, "kind": _KINDS[command]})
+
+
+_KEYS_OF_THE_RIG = frozenset({"envelope", "scale_to_fit", "on_excess"})  # they do not belong to the signal
+_KEYS_OF_THE_SERIES = frozenset({"levels", "realisations", "orthogonal", "kind"})  # nor to the multisine
 
 
 def _one_or_series(own: Mapping[str, JSON], config: Mapping[str, JSON]) -> Excitation | TestPlan:
@@ -136,25 +180,48 @@ def _one_or_series(own: Mapping[str, JSON], config: Mapping[str, JSON]) -> Excit
         raise DesignError(f"levels is {levels!r}: give a list of shares of the full displacement, above 0, up to 1")
     if type(realisations) is not int or not 1 <= realisations <= 1000:
         raise DesignError(f"realisations is {realisations!r}: it must lie in 1 … 1000")
+    orthogonal = config.get("orthogonal", False)
+    if not isinstance(orthogonal, bool):
+        raise DesignError(f"orthogonal is {orthogonal!r}: it must be true or false")
+    if orthogonal and (realisations % 2 or "current" not in own):
+        raise DesignError(
+            f"orthogonal is true with {realisations} realisations "
+            f"{'and' if 'current' in own else 'and without'} [current]: it needs two inputs, displacement and current, "
+            "and an even number of realisations"
+        )
     if "levels" not in config and realisations == 1:
         return excitation_from_config(own)
-    return _series(own, list(levels), realisations)
+    return _series(own, list(levels), realisations, orthogonal=orthogonal)
 
 
-def _series(config: Mapping[str, JSON], levels: list[JSON], realisations: int) -> TestPlan:
-    """Every realisation at every level, the levels rising."""
-    first = config.get("realisation", 0)
+def _series(config: Mapping[str, JSON], levels: list[JSON], realisations: int, *, orthogonal: bool = False) -> TestPlan:
+    """Every realisation at every level, the levels rising.
+
+    Orthogonal: of each two realisations the second has the displacement of the first and the opposite current, so that
+    the matrix of both inputs over both realisations is orthogonal at every line.
+
+    References
+    ----------
+    Dobrowiecki, Schoukens & Guillaume, IEEE Trans. Instrum. Meas. 55 (2006): orthogonal multisines, Hadamard matrices.
+    """
+    first = int(str(config.get("realisation", 0)))
     tests = [
         Test(
             name=f"level_{number + 1}_realisation_{realisation + 1}",
             excitation=excitation_from_config(
-                {**config, "level": level, "realisation": int(str(first)) + realisation}, f"levels[{number}]"
+                {**config, "level": level, **_numbered(first, realisation, orthogonal)}, f"levels[{number}]"
             ),
         )
         for number, level in enumerate(levels)
         for realisation in range(realisations)
     ]
     return TestPlan(tests=tuple(tests), design=config)
+
+
+def _numbered(first: int, number: int, orthogonal: bool) -> dict[str, JSON]:
+    if not orthogonal:
+        return {"realisation": first + number}
+    return {"realisation": first + number // 2, "opposite_current": number % 2 == 1}
 
 
 def remake(excitation: Excitation) -> Excitation:

@@ -8,6 +8,9 @@ from types import NoneType
 from typing import Any, Final, Literal, get_args, get_origin, get_type_hints
 
 from excitation.configuration import key_of, unit_of
+from excitation.drive_keys import DRIVE_MEANINGS
+from excitation.force_estimate import ForceEstimate
+from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec
 from excitation.harmonic_plan_spec import (
     AxisRange,
     HarmonicPlanSpec,
@@ -16,16 +19,26 @@ from excitation.harmonic_plan_spec import (
     SplitSpec,
     WarmUpSpec,
 )
+from excitation.joined_plan import JoinedPlanSpec
+from excitation.lines import LogLines
+from excitation.multi_axis import AxisSpec, MultiAxisSpec
 from excitation.multisine_spec import CurrentSpec, DisplacementSpec, HomogeniseSpec, MultisineSpec
+from excitation.noise import NoiseSpec
+from excitation.plan import TestConditions
+from excitation.presets import PresetSpec
+from excitation.replay import ReplaySpec
+from excitation.response import Lag, ResponseTable, RigResponse
 from excitation.rig import Control, Envelope, ForceLimits, Hydraulics, MotionLimits, Specimen, TemperatureWindow
+from excitation.road_drive import RoadDriveSpec
 from excitation.spectra import QuarterCar, RecordSpectrum, Road, TableSpectrum
+from excitation.sweep import SweepSpec
 
 __all__ = ["COMMANDS", "Key", "keys_of", "keys_text"]
 
 _BAND: Final = {
     "f_min": "lowest line",
     "f_max": "highest line, below half the sample rate",
-    "lines": "which lines of the band are excited",
+    "lines": "which lines of the band are excited: a rule, a table of lines spaced by their logarithm, or frequencies",
     "detection_group": "odd-random: one of so many consecutive odd lines is left out",
 }
 _MEANINGS: Final[Mapping[type, Mapping[str, str]]] = {
@@ -37,10 +50,13 @@ _MEANINGS: Final[Mapping[type, Mapping[str, str]]] = {
         "periods": "periods that are played",
         "seed": "of the random phases: the same seed gives the same file",
         "realisation": "number of another set of phases on the same lines",
+        "opposite_current": "the current of the design turned about its mean: of orthogonal realisations",
         "level": "share of the full displacement, which reaches the first of its limits",
         "phases": "random; Schroeder's; or chosen for a low crest factor",
-        "crest_of": "phases = \"crest\": what is kept low",
+        "crest_of": "phases = \"crest\": what is kept low; limits: whatever comes nearest to its limit",
         "homogenise": "how a homogenised design covers the working range",
+        "response": "how the rig follows its commands; what is covered is then measured at the damper",
+        "force": "an estimate of the force, to keep it within a limit",
     },
     DisplacementSpec: {
         **_BAND,
@@ -58,11 +74,40 @@ _MEANINGS: Final[Mapping[type, Mapping[str, str]]] = {
         "spectrum": "amplitudes of the lines: flat, control, or a table",
         "corner": "spectrum = \"control\": flat below, falling above",
     },
+    LogLines: {
+        "count": "frequencies over the band, moved to the nearest lines",
+        "odd": "odd lines only",
+    },
     HomogeniseSpec: {
         "method": "direct optimisation of the coverage, or Duym's iteration",
         "variables": "what is covered; without it velocity and current, or displacement and velocity",
         "grid": "cells over the variables, in their order",
+        "range": "what the direct method fills: the part of the limits' box that can be filled, all of it, or what the "
+        "motion happens to reach",
         "iterations": "at most so many; without it the method's own number",
+    },
+    RigResponse: {
+        "displacement": "of the actuator; without it the displacement is followed exactly",
+        "current": "of the current; without it it is followed exactly",
+    },
+    Lag: {
+        "bandwidth": "where a first order is 3 dB down; the natural frequency of a second order",
+        "order": "of the lag",
+        "damping_ratio": "of a second order",
+        "delay": "dead time besides",
+    },
+    ResponseTable: {
+        "frequency": "rising, over the whole band",
+        "gain": "of the damper's motion over the command, at these frequencies; linear between them",
+        "phase": "likewise, unwrapped, negative where the rig lags",
+    },
+    ForceEstimate: {
+        "max": "limit of the force, either way",
+        "damping": "force over velocity at no current",
+        "damping_control": "what a current adds to it, N·s/(m·A); the largest current counts",
+        "stiffness": "of gas force and mounts",
+        "mass": "that moves between load cell and damper",
+        "friction": "taken off the limit",
     },
     TableSpectrum: {"frequency": "rising", "amplitude": "relative, at these frequencies; linear between them"},
     RecordSpectrum: {
@@ -80,6 +125,19 @@ _MEANINGS: Final[Mapping[type, Mapping[str, str]]] = {
         "tyre_rate": "stiffness of the tyre",
     },
     Road: {"corner": "speed times spatial corner: flat below, falling above"},
+    MultiAxisSpec: {
+        "sample_rate": "samples a second",
+        "period_samples": "samples of one period",
+        "axes": "one to six: [[axes]]",
+        "matrix": "hadamard: 1, 2, 4 or 8 realisations that differ by signs; dft: as many as axes",
+        "periods": "periods of each realisation",
+        "seed": "of the random phases",
+    },
+    AxisSpec: {
+        "name": "of its column or channel, without spaces",
+        "displacement": "of the axis; an angle where the unit is rad",
+        "unit": "of the displacement, and with it of its limits",
+    },
     HarmonicPlanSpec: {
         "sample_rate": "samples a second",
         "series": "the tests, as combinations: [[series]]",
@@ -94,7 +152,8 @@ _MEANINGS: Final[Mapping[type, Mapping[str, str]]] = {
         "split": "which tests are kept for validation and test",
         "warm_up": "what is played while the damper is too cold",
         "envelope": "the rig's limits: a table, or the path of a file",
-        "scale_to_fit": "scale tests that exceed the limits down to them",
+        "scale_to_fit": "on_excess = \"scale\"",
+        "on_excess": "what becomes of a test that exceeds the limits",
     },
     SeriesSpec: {
         "amplitude": "a value, a list or a range; two of amplitude, frequency and peak_velocity are given",
@@ -165,12 +224,26 @@ _MEANINGS: Final[Mapping[type, Mapping[str, str]]] = {
 _SERIES_OF_MULTISINES: Final = (
     ("levels", "list of numbers", "none", "makes a plan: the design at each of these shares of the full displacement"),
     ("realisations", "whole number", "1", "makes a plan: so many sets of phases at each level"),
+    (
+        "orthogonal",
+        "true or false",
+        "false",
+        "of each two realisations the second has the same displacement and the "
+        "opposite current: the inputs are orthogonal at every line",
+    ),
+    ("scale_to_fit", "true or false", "false", 'on_excess = "scale"'),
+)
+_OF_THE_RIG: Final = (
     ("envelope", "table or path", "none", "the rig's limits, as in harmonic plans"),
-    ("scale_to_fit", "true or false", "false", "scale a design that exceeds the limits down to them"),
+    ("on_excess", '"refuse" or "drop" or "shorten" or "scale"', "refuse", "what becomes of a test that exceeds them"),
 )
 _ROOTS: Final[Mapping[str, type]] = {
-    "random-phase": MultisineSpec, "homogenised": MultisineSpec, "harmonic": HarmonicPlanSpec,
+    "random-phase": MultisineSpec, "homogenised": MultisineSpec, "steps": StepsSpec, "sweep": SweepSpec,
+    "noise": NoiseSpec, "road": RoadDriveSpec, "replay": ReplaySpec, "harmonic": HarmonicPlanSpec, "preset": PresetSpec,
+    "plan": JoinedPlanSpec, "multi-axis": MultiAxisSpec,
 }  # fmt: skip
+_TESTS: Final[Mapping[str, type]] = {"conditions": TestConditions, "sine": SineSpec, "triangle": TriangleSpec}
+"""Tests of a plan file: what all may have, and the kinds that no command above makes alone."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,23 +263,25 @@ class Key:
 
 
 def keys_of(command: str) -> tuple[Key, ...]:
-    """The keys of ``random-phase``, ``homogenised`` or ``harmonic`` configurations, those of each table together.
+    """The keys of a command's configurations, or of a test of a plan, those of each table together.
 
     Read from the classes that the configuration is checked against.
     """
-    own = tuple(_below(_ROOTS[command], ""))
-    if _ROOTS[command] is not MultisineSpec:
+    own = tuple(_below({**_ROOTS, **_TESTS}[command], ""))
+    if command in _TESTS or _ROOTS[command] in (HarmonicPlanSpec, MultiAxisSpec):
         return own
-    more = [Key(place="", name=n, unit="", value=v, default=d, meaning=m) for n, v, d, m in _SERIES_OF_MULTISINES]
-    return (*more, *own)
+    more = _SERIES_OF_MULTISINES if _ROOTS[command] is MultisineSpec else ()
+    first = [Key(place="", name=n, unit="", value=v, default=d, meaning=m) for n, v, d, m in (*more, *_OF_THE_RIG)]
+    return (*first, *own)
 
 
-COMMANDS: Final = tuple(_ROOTS)
+COMMANDS: Final = (*_ROOTS, *_TESTS)
 
 
 def keys_text(command: str) -> str:
     """The keys of a configuration, a line each below the name of their table."""
-    lines, place = [f"keys of a {command} configuration"], ""
+    what = "a test in a plan file: conditions" if command == "conditions" else f"a test of kind {command}"
+    lines, place = [f"keys of {what if command in _TESTS else f'a {command} configuration'}"], ""
     for key in keys_of(command):
         if key.place != place:
             place = key.place
@@ -222,7 +297,7 @@ def _below(kind: type[Any], place: str) -> Iterator[Key]:
         name, hint = key_of(one.name), hints[one.name]
         yield Key(
             place=place, name=name, unit=unit_of(one.name), value=_value(hint), default=_default(one),
-            meaning=_MEANINGS[kind][name],
+            meaning={**_MEANINGS, **DRIVE_MEANINGS}[kind][name],
         )  # fmt: skip
         tables += [(table, f"{place}.{name}".lstrip(".")) for table in _tables(hint) if table is not AxisRange]
     for table, where in tables:
@@ -241,6 +316,8 @@ def _value(hint: Any) -> str:
     parts = get_args(hint)
     if get_origin(hint) is Literal:
         return " or ".join(f'"{part}"' for part in parts)
+    if get_origin(hint) is dict:
+        return "table"
     if get_origin(hint) is tuple:
         return "list of tables" if _tables(hint) else "list"
     if parts:

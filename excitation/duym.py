@@ -14,7 +14,7 @@ from excitation.coverage import coverage
 from excitation.portable_math import angle_turns, cosine_and_sine, uniform
 
 if TYPE_CHECKING:
-    from excitation.direct import Axis
+    from excitation.coverage_cost import Axis
     from excitation.periodic import Multitone
 
 __all__ = ["duym"]
@@ -97,8 +97,8 @@ def _complex(real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArr
     return value
 
 
-def _rotated(phasor: NDArray[np.complex128], turns: float) -> NDArray[np.complex128]:
-    cos, sin = cosine_and_sine(np.array([turns]))
+def _rotated(phasor: NDArray[np.complex128], turns: float | NDArray[np.float64]) -> NDArray[np.complex128]:
+    cos, sin = cosine_and_sine(np.atleast_1d(turns))
     return _complex(phasor.real * cos - phasor.imag * sin, phasor.imag * cos + phasor.real * sin)
 
 

@@ -168,6 +168,8 @@ def scale_to_fit(test: Test, envelope: Envelope, force_model: ForceModel | None 
 def _largest_factor(excitation: Excitation, envelope: Envelope, force_model: ForceModel | None) -> float:
     """The largest factor on the displacement, by bisection, at which no limit that scales is exceeded."""
 
+    excitation = excitation.held()
+
     def fits(factor: float) -> bool:
         smaller = replace(excitation, displacement_m=excitation.displacement_m * factor)
         return not any(e.scales for e in excesses(smaller, envelope, force_model))

@@ -3,6 +3,7 @@
 ExcitationError (a ValueError: the input, not the machine, is at fault)
 ├── DesignError           a configuration or a specification that cannot be used
 ├── EnvelopeError         a test that the rig cannot play
+├── AnalysisError         runs of which a periodic analysis can say nothing
 └── ExcitationFileError   an excitation or plan file that cannot be read or written
 
 Each message is one line: what, where, the value, and what would be right.
@@ -14,7 +15,7 @@ from typing import TypeAlias
 
 Findings: TypeAlias = "tuple[tuple[tuple[str | int, ...], str], ...]"
 
-__all__ = ["DesignError", "EnvelopeError", "ExcitationError", "ExcitationFileError", "Findings"]
+__all__ = ["AnalysisError", "DesignError", "EnvelopeError", "ExcitationError", "ExcitationFileError", "Findings"]
 
 
 class ExcitationError(ValueError):
@@ -41,6 +42,10 @@ class DesignError(ExcitationError):
 
 class EnvelopeError(ExcitationError):
     """The rig cannot play the test: the message names test, limit, by how much, and what would fit."""
+
+
+class AnalysisError(ExcitationError):
+    """Runs of which a periodic analysis can say nothing: the message says why and what would be right."""
 
 
 class ExcitationFileError(ExcitationError):

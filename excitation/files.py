@@ -15,7 +15,8 @@ from excitation.matlab import read_mat, write_mat
 from excitation.plan import Test, TestPlan
 from excitation.plan_files import holds_a_plan, write_plan
 from excitation.plan_files import read_plan as read_plan_file
-from excitation.rpc3 import read_drive, write_drive, write_response
+from excitation.rpc3 import write_drive, write_response
+from excitation.rpc3_design import read_own_drive
 from excitation.signal import Excitation
 from excitation.spreadsheet import read_csv, write_csv
 from excitation.untrusted import DAMAGE
@@ -35,8 +36,8 @@ _READERS: Mapping[str, Callable[[Path], Excitation]] = {
     ".h5": read_hdf5,
     ".csv": read_csv,
     ".mat": read_mat,
-    ".drv": read_drive,
-    ".rsp": read_drive,
+    ".drv": read_own_drive,
+    ".rsp": read_own_drive,
 }
 
 WRITABLE = tuple(_WRITERS)

@@ -88,6 +88,9 @@ class SeriesSpec:
             if axis is not None and not values_of(axis):
                 raise DesignError(f"{name} is an empty list: give at least one value or leave it out")
         check_within("repeats", self.repeats, 1, 1000)
+        _check_cycles(self.cycles, self.settling_cycles)
+        if self.corner_time_s is not None:
+            check_at_least("corner_time", self.corner_time_s, 0.0, "s")
 
     @property
     def is_held_out(self) -> bool:
@@ -145,6 +148,11 @@ class WarmUpSpec:
     cycles: int = 10
     current_a: float | None = None
 
+    def __post_init__(self) -> None:
+        check_above("amplitude", self.amplitude_m, 0.0, "m")
+        check_above("frequency", self.frequency_hz, 0.0, "Hz")
+        _check_cycles(self.cycles, None)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HarmonicPlanSpec:
@@ -166,8 +174,10 @@ class HarmonicPlanSpec:
     warm_up: WarmUpSpec | None = None
     envelope: Envelope | None = None
     scale_to_fit: bool = False
+    on_excess: Literal["refuse", "drop", "shorten", "scale"] | None = None  # none: scale_to_fit says it
 
     def __post_init__(self) -> None:
+        _check_cycles(self.cycles, self.settling_cycles)
         check_above("sample_rate", self.sample_rate_hz, 0.0, "Hz")
         if not self.series:
             raise DesignError("series is empty: a plan needs at least one [[series]]")
@@ -175,3 +185,10 @@ class HarmonicPlanSpec:
         check_at_least("dwell", self.dwell_s, 0.0, "s")
         if self.warm_up is not None and self.min_temperature_degc is None:
             raise DesignError("warm_up needs min_temperature: add the temperature up to which it runs")
+
+
+def _check_cycles(cycles: int | None, settling_cycles: int | None) -> None:
+    if cycles is not None:
+        check_at_least("cycles", cycles, 1)
+    if settling_cycles is not None:
+        check_at_least("settling_cycles", settling_cycles, 0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-__all__ = ["DESIGNED", "HOMOGENISED", "Kind"]
+__all__ = ["DESIGNED", "HOMOGENISED", "NOISE", "REPLAY", "Kind"]
 
 
 class Kind(StrEnum):
@@ -22,5 +22,21 @@ class Kind(StrEnum):
 HOMOGENISED = "homogenised"
 """A way to design a multisine: its samples are of the kind ``Kind.MULTISINE``."""
 
-DESIGNED: tuple[str, ...] = (Kind.MULTISINE, HOMOGENISED, Kind.SINE, Kind.TRIANGLE, Kind.STEPS)
+NOISE = "noise"
+"""Lines of random amplitudes: its samples are of the kind ``Kind.MULTISINE``."""
+
+REPLAY = "replay"
+"""A measured record: its samples are of the kind ``Kind.CUSTOM``."""
+
+DESIGNED: tuple[str, ...] = (
+    Kind.MULTISINE,
+    HOMOGENISED,
+    Kind.SINE,
+    Kind.TRIANGLE,
+    Kind.STEPS,
+    Kind.SWEEP,
+    NOISE,
+    Kind.ROAD,
+    REPLAY,
+)
 """The values of `kind` in a configuration: what this package can design."""

@@ -2,17 +2,82 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.checks import check_within
+from excitation.configuration import STRICT
 from excitation.errors import DesignError
 from excitation.portable_math import uniform
 
-__all__ = ["Lines", "band_lines", "excited_lines"]
+__all__ = ["LineChoice", "Lines", "LogLines", "band_lines", "chosen_lines", "excited_lines"]
 
 Lines = Literal["all", "odd", "odd-random"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogLines:
+    """``count`` frequencies evenly spaced by their logarithm over the band, each moved to the nearest DFT line.
+
+    Where lines are wider apart than these, several fall together: there are then fewer. ``odd``: odd lines only.
+    """
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = STRICT
+
+    count: int
+    odd: bool = False
+
+    def __post_init__(self) -> None:
+        check_within("count", self.count, 2, 100_000)
+
+
+LineChoice = Lines | LogLines | tuple[float, ...]
+"""A rule, lines spaced by their logarithm, or the frequencies themselves, Hz."""
+
+
+def chosen_lines(
+    band: NDArray[np.int64], choice: LineChoice, group: int, seed: int, spacing_hz: float
+) -> NDArray[np.int64]:
+    """The lines of the band, (B,), that carry power, (K,); lines are ``spacing_hz`` apart.
+
+    Raises DesignError where no line is left, or a frequency is on no line of the band.
+    """
+    match choice:
+        case LogLines():
+            return _log_lines(band, choice)
+        case tuple():
+            return _given_lines(band, choice, spacing_hz)
+    return excited_lines(band, choice, group, seed)[0]
+
+
+def _log_lines(band: NDArray[np.int64], choice: LogLines) -> NDArray[np.int64]:
+    allowed = band[band % 2 == 1] if choice.odd else band
+    if allowed.size == 0:
+        raise DesignError("lines: no odd line of the band is left; widen the band or raise period_samples")
+    first, last = float(allowed[0]), float(allowed[-1])
+    # nine digits: powers differ in the last bit between machines
+    wanted = np.array([float(f"{first * (last / first) ** (n / (choice.count - 1)):.9g}") for n in range(choice.count)])
+    step = 2 if choice.odd else 1
+    nearest = np.rint((wanted - first) / step).astype(np.int64)
+    return np.asarray(allowed[np.unique(np.clip(nearest, 0, allowed.size - 1))])
+
+
+def _given_lines(band: NDArray[np.int64], frequency_hz: tuple[float, ...], spacing_hz: float) -> NDArray[np.int64]:
+    if not frequency_hz:
+        raise DesignError('lines is an empty list: give the frequencies, or "all"')
+    numbers = np.rint(np.clip(np.asarray(frequency_hz) / spacing_hz, 0.0, 2.0**40)).astype(np.int64)
+    for given, number in zip(frequency_hz, numbers.tolist(), strict=True):
+        if abs(given - number * spacing_hz) > 1e-6 * spacing_hz or not band[0] <= number <= band[-1]:
+            raise DesignError(
+                f"lines: {given:g} Hz is no line of the band {band[0] * spacing_hz:g} … {band[-1] * spacing_hz:g} Hz: "
+                f"lines are {spacing_hz:g} Hz apart, the nearest is {number * spacing_hz:g} Hz"
+            )
+    if np.unique(numbers).size != numbers.size:
+        raise DesignError("lines names a frequency twice: each may be given once")
+    return np.sort(numbers)
 
 
 def band_lines(f_min_hz: float, f_max_hz: float, sample_rate_hz: float, period_samples: int) -> NDArray[np.int64]:

@@ -13,7 +13,7 @@ from excitation.kinds import Kind
 from excitation.signal import Excitation
 from excitation.untrusted import check_mat, parse_json
 
-__all__ = ["read_mat", "write_mat"]
+__all__ = ["read_mat", "read_variables", "write_mat"]
 
 
 def write_mat(path: Path, excitation: Excitation) -> None:
@@ -40,16 +40,7 @@ def read_mat(path: Path) -> Excitation:
 
     Raises ExcitationFileError that names the variable.
     """
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    check_mat(path)
-    try:
-        found = loadmat(path, squeeze_me=True)
-    except NotImplementedError as error:
-        raise ExcitationFileError(f"{path}: MATLAB 7.3 files are not read: save it with '-v7'") from error
-    except (MatReadError, ValueError, TypeError) as error:
-        raise ExcitationFileError(f"{path}: no MATLAB file: {error}") from error
+    found = read_variables(path)
     for name in ("displacement_command", "sample_rate"):
         if name not in found:
             own = ", ".join(key for key in found if not key.startswith("__"))
@@ -66,6 +57,23 @@ def read_mat(path: Path) -> Excitation:
         )
     except (ValueError, TypeError) as error:
         raise ExcitationFileError(f"{path}: {error}") from error
+
+
+def read_variables(path: Path) -> dict[str, Any]:
+    """Every variable of a MAT file, version 5. Any: what MATLAB knows.
+
+    Raises ExcitationFileError where it cannot be read.
+    """
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    check_mat(path)
+    try:
+        return dict(loadmat(path, squeeze_me=True))
+    except NotImplementedError as error:
+        raise ExcitationFileError(f"{path}: MATLAB 7.3 files are not read: save it with '-v7'") from error
+    except (MatReadError, ValueError, TypeError) as error:
+        raise ExcitationFileError(f"{path}: no MATLAB file: {error}") from error
 
 
 def _row(values: Any) -> np.ndarray[Any, np.dtype[np.float64]] | None:

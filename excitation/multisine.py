@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +13,16 @@ from excitation.configuration import to_config
 from excitation.coverage import Coverage, coverage
 from excitation.crest import low_crest, schroeder
 from excitation.errors import DesignError
+from excitation.joint_crest import Limited, low_shares
 from excitation.kinds import Kind
-from excitation.lines import band_lines, excited_lines
-from excitation.multisine_spec import CurrentSpec, DisplacementSpec, MultisineSpec, Variable
+from excitation.lines import band_lines, chosen_lines
+from excitation.multisine_spec import CurrentSpec, DisplacementSpec, MultisineSpec
 from excitation.periodic import Multitone
 from excitation.portable_math import uniform
-from excitation.signal import JSON, Excitation
+from excitation.quantities import current_behind_rig, motion_quantities
+from excitation.range_figures import range_figures
+from excitation.region import Region, Variable
+from excitation.signal import JSON, Excitation, Samples, made_on_demand
 from excitation.spectra import RecordSpectrum, TableSpectrum, control, quarter_car, road, table
 
 __all__ = [
@@ -57,20 +61,30 @@ class Period:
     acceleration_m_s2: NDArray[np.float64]  # (N,)
     current_a: NDArray[np.float64] | None  # (N,)
     limits: tuple[Limit, ...]  # of the motion
+    # by name, where the rig's response is known; else the damper gets what is commanded
+    at_damper: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    aimed_at: Region | None = None  # the range that a homogenised design fills
+    mean_current_a: float = 0.0
 
     @property
     def binding_limit(self) -> Limit:
         return max(self.limits, key=lambda limit: limit.used)
 
     def variable(self, name: Variable) -> NDArray[np.float64]:
+        """What is commanded, (N,)."""
         values = {
             "displacement": self.displacement_m,
             "velocity": self.velocity_m_s,
+            "acceleration": self.acceleration_m_s2,
             "current": self.current_a,
         }[name]
         if values is None:
             raise DesignError("current is not part of this design: add [current] to cover it")
         return values
+
+    def received(self, name: Variable) -> NDArray[np.float64]:
+        """What the damper gets, (N,)."""
+        return self.at_damper.get(name, self.variable(name))
 
 
 def random_phase(spec: MultisineSpec) -> Period:
@@ -85,11 +99,13 @@ def random_phase(spec: MultisineSpec) -> Period:
     """
     motion, current = displacement_tones(spec), current_tones(spec)
     if spec.phases != "random":
-        phases = _low_phases(replace(spec, level=1.0, periods=1))
+        phases = _low_phases(replace(spec, level=1.0, periods=1, opposite_current=False))
         motion = motion.with_phases(phases[0])
         current = None if current is None else current.with_phases(phases[1])
     return fit_into_limits(spec, motion, current)
 
+
+_GOOD_CREST = 1.375  # where a search for a low crest factor ends: the lowest found for 31 flat lines
 
 _DERIVATIVE_ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
@@ -100,7 +116,9 @@ def _low_phases(spec: MultisineSpec) -> tuple[NDArray[np.float64], ...]:
     cached for
     the levels of a series."""
     motion, current = displacement_tones(spec), current_tones(spec)
-    order, amplitude = _DERIVATIVE_ORDER[spec.crest_of], motion.amplitude
+    if spec.crest_of == "limits" and spec.phases == "crest":
+        return _low_shares(spec, motion, current)
+    order, amplitude = _DERIVATIVE_ORDER.get(spec.crest_of, 0), motion.amplitude
     for _ in range(order):
         amplitude = amplitude * motion.omega(spec.sample_rate_hz)
     found = [_of_low_crest(spec, motion.lines, amplitude) - 0.25 * order]  # each derivative adds a quarter turn
@@ -108,6 +126,28 @@ def _low_phases(spec: MultisineSpec) -> tuple[NDArray[np.float64], ...]:
         found.append(_of_low_crest(spec, current.lines, current.amplitude))
     for phases in found:
         phases.flags.writeable = False
+    return tuple(found)
+
+
+def _low_shares(spec: MultisineSpec, motion: Multitone, current: Multitone | None) -> tuple[NDArray[np.float64], ...]:
+    """Phases with which the motion reaches its first limit at the largest scale, and the current's of a low crest
+    factor."""
+    asked = [
+        [
+            Limited(amplitude=motion.amplitude * q.gain, turns=q.turns, limit=q.limit)
+            for q in motion_quantities(spec, motion)
+            if q.limit is not None
+        ]
+    ]
+    if current is not None:
+        asked.append([Limited(amplitude=current.amplitude, turns=np.zeros(current.lines.size), limit=1.0)])
+    found = []
+    for tones, limited in zip((motion, current), asked, strict=False):
+        assert tones is not None  # as many as are asked for
+        goal = _GOOD_CREST * max(q.rms_share for q in limited)
+        seed, first = spec.seed + spec.realisation, spec.realisation == 0
+        found.append(low_shares(tones.lines, limited, seed=seed, from_schroeder=first, goal=goal))
+        found[-1].flags.writeable = False
     return tuple(found)
 
 
@@ -147,7 +187,8 @@ def current_tones(spec: MultisineSpec) -> Multitone | None:
 
 def _lines(spec: MultisineSpec, asked: DisplacementSpec | CurrentSpec) -> NDArray[np.int64]:
     band = band_lines(asked.f_min_hz, asked.f_max_hz, spec.sample_rate_hz, spec.period_samples)
-    return excited_lines(band, asked.lines, asked.detection_group, spec.seed)[0]
+    spacing_hz = spec.sample_rate_hz / spec.period_samples
+    return chosen_lines(band, asked.lines, asked.detection_group, spec.seed, spacing_hz)
 
 
 def _displacement_spectrum(asked: DisplacementSpec, frequency_hz: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -177,6 +218,14 @@ def _current_spectrum(asked: CurrentSpec, frequency_hz: NDArray[np.float64]) -> 
 
 
 def fit_into_limits(spec: MultisineSpec, motion: Multitone, current: Multitone | None) -> Period:
+    """As below, for the phases that were found; ``opposite_current`` turns those of the current by half a turn."""
+    if spec.opposite_current and current is not None:
+        turned = current.phase_turns + 0.5
+        current = current.with_phases(turned - np.floor(turned))
+    return _fitted(spec, motion, current)
+
+
+def _fitted(spec: MultisineSpec, motion: Multitone, current: Multitone | None) -> Period:
     """Scales the displacement as a whole until its first limit is reached (times ``level``), and the current
     into
     its range; phases and the shape of the spectra stay."""
@@ -185,14 +234,13 @@ def fit_into_limits(spec: MultisineSpec, motion: Multitone, current: Multitone |
     limits = [("displacement", asked.max_displacement_m, "m"), ("velocity", asked.max_velocity_m_s, "m/s")]
     if asked.max_acceleration_m_s2 is not None:
         limits.append(("acceleration", asked.max_acceleration_m_s2, "m/s²"))
-    factor = min(value / peak for (_, value, _), peak in zip(limits, peaks, strict=False)) * _SHARE_OF_LIMIT
-    used = [
-        Limit(name=name, value=value, unit=unit, used=factor * peak / value)
-        for (name, value, unit), peak in zip(limits, peaks, strict=False)
-    ]
+    bounds = [(*limit, peak) for limit, peak in zip(limits, peaks, strict=False)] + _bounds_behind_the_rig(spec, motion)
+    factor = min(value / peak for _, value, _, peak in bounds) * _SHARE_OF_LIMIT
+    used = [Limit(name=name, value=value, unit=unit, used=factor * peak / value) for name, value, unit, peak in bounds]
     motion = motion.scaled(factor * spec.level)
     displacement, velocity, acceleration = _motion(spec, motion)
-    scaled_current, current_a = _fit_current(spec.current, current)
+    scaled_current, mean_current_a = _fit_current(spec.current, current)
+    current_a = None if scaled_current is None else _current_samples(spec, scaled_current, mean_current_a)
     return Period(
         displacement=motion,
         current=scaled_current,
@@ -201,7 +249,35 @@ def fit_into_limits(spec: MultisineSpec, motion: Multitone, current: Multitone |
         acceleration_m_s2=acceleration,
         current_a=current_a,
         limits=tuple(used),
+        at_damper=_received(spec, motion, scaled_current, mean_current_a),
+        mean_current_a=mean_current_a,
     )
+
+
+def _bounds_behind_the_rig(spec: MultisineSpec, motion: Multitone) -> list[tuple[str, float, str, float]]:
+    """Name, limit, unit and peak of what is limited besides the command: the motion at the damper, and the force."""
+    if spec.response is None and spec.force is None:
+        return []
+    return [
+        (q.name, q.limit, q.unit, float(np.abs(q.tones(motion).samples()).max()))
+        for q in motion_quantities(spec, motion)
+        if q.at_damper and q.limit is not None
+    ]
+
+
+def _received(
+    spec: MultisineSpec, motion: Multitone, current: Multitone | None, mean_current_a: float
+) -> dict[str, NDArray[np.float64]]:
+    """What the damper gets, by name, of the channels whose response is known."""
+    if spec.response is None:
+        return {}
+    made = {}
+    if spec.response.displacement is not None:
+        behind = [q for q in motion_quantities(spec, motion) if q.at_damper and q.variable != "force"]
+        made = {q.variable: q.tones(motion).samples() for q in behind}
+    if current is not None and spec.response.current is not None:
+        made["current"] = mean_current_a + current_behind_rig(spec, current).samples()
+    return made
 
 
 def _motion(spec: MultisineSpec, motion: Multitone) -> tuple[NDArray[np.float64], ...]:
@@ -209,30 +285,46 @@ def _motion(spec: MultisineSpec, motion: Multitone) -> tuple[NDArray[np.float64]
     return motion.samples(), motion.derivative(rate), motion.second_derivative(rate)
 
 
-def _fit_current(
-    asked: CurrentSpec | None, tones: Multitone | None
-) -> tuple[Multitone | None, NDArray[np.float64] | None]:
-    """The mean is chosen so that the smallest and the largest value reach min and max: the whole range is used."""
+def _fit_current(asked: CurrentSpec | None, tones: Multitone | None) -> tuple[Multitone | None, float]:
+    """The scaled tones and the mean, so that the smallest and the largest value reach min and max: the whole range."""
     if asked is None or tones is None:
-        return None, None
+        return None, 0.0
     shape = tones.samples()
     low, high = float(shape.min()), float(shape.max())
     factor = (asked.max_a - asked.min_a) / (high - low) * _SHARE_OF_LIMIT
-    mean = 0.5 * ((asked.max_a + asked.min_a) - factor * (high + low))
-    tones = tones.scaled(factor)
-    return tones, np.clip(mean + tones.samples(), asked.min_a, asked.max_a)
+    return tones.scaled(factor), 0.5 * ((asked.max_a + asked.min_a) - factor * (high + low))
+
+
+def _current_samples(spec: MultisineSpec, tones: Multitone, mean_a: float) -> NDArray[np.float64]:
+    assert spec.current is not None  # there are tones of it
+    return np.clip(mean_a + tones.samples(), spec.current.min_a, spec.current.max_a)
+
+
+def _repeated_motion(tones: Multitone, periods: int) -> NDArray[np.float64]:
+    return np.tile(tones.samples(), periods)
+
+
+def _repeated_current(spec: MultisineSpec, tones: Multitone, mean_a: float) -> NDArray[np.float64]:
+    return np.tile(_current_samples(spec, tones, mean_a), spec.periods)
 
 
 def as_excitation(spec: MultisineSpec, period: Period, kind: str) -> Excitation:
-    """The period repeated, with the configuration that makes it again and the figures that it reaches."""
-    return Excitation(
+    """The period repeated, with the configuration that makes it again and the figures that it reaches.
+
+    The lines are kept, and the samples made of them whenever they are read.
+    """
+    current: Samples | None = None
+    if period.current is not None:
+        current = partial(_repeated_current, spec, period.current, period.mean_current_a)
+    return made_on_demand(
         kind=Kind.MULTISINE,
         sample_rate_hz=spec.sample_rate_hz,
         period_samples=spec.period_samples,
-        displacement_m=np.tile(period.displacement_m, spec.periods),
-        current_a=None if period.current_a is None else np.tile(period.current_a, spec.periods),
+        samples=spec.period_samples * spec.periods,
+        displacement_m=partial(_repeated_motion, period.displacement, spec.periods),
+        current_a=current,
         design={"kind": kind, **to_config(spec)},
-        figures=_figures(spec, period, covered(spec, period)),
+        figures={**_figures(spec, period, covered(spec, period)), **range_figures(spec, period)},
     )
 
 

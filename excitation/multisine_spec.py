@@ -8,12 +8,13 @@ from typing import Any, ClassVar, Literal
 from excitation.checks import check_above, check_at_least, check_one_of, check_within
 from excitation.configuration import STRICT
 from excitation.errors import DesignError
-from excitation.lines import Lines
+from excitation.force_estimate import ForceEstimate
+from excitation.lines import LineChoice
+from excitation.region import Variable
+from excitation.response import RigResponse
 from excitation.spectra import QuarterCar, RecordSpectrum, Road, TableSpectrum
 
 __all__ = ["CurrentSpec", "DisplacementSpec", "HomogeniseSpec", "MultisineSpec", "Variable"]
-
-Variable = Literal["displacement", "velocity", "current"]
 
 _MOST_SAMPLES = 2**24  # 2^24 float64 samples are 134 MB a channel: more is a typing error
 _MOST_CELLS = 100_000
@@ -36,7 +37,7 @@ class DisplacementSpec:
     max_displacement_m: float
     max_velocity_m_s: float
     max_acceleration_m_s2: float | None = None
-    lines: Lines = "all"
+    lines: LineChoice = "all"
     detection_group: int = 4  # "odd-random": one of so many consecutive odd lines is left out
     spectrum: str | TableSpectrum | RecordSpectrum = "flat"
     quarter_car: QuarterCar = field(default_factory=QuarterCar)
@@ -63,7 +64,7 @@ class CurrentSpec:
     f_max_hz: float
     min_a: float
     max_a: float
-    lines: Lines = "all"
+    lines: LineChoice = "all"
     detection_group: int = 4
     spectrum: str | TableSpectrum = "control"
     corner_hz: float = 10.0  # of the "control" spectrum
@@ -88,11 +89,18 @@ class HomogeniseSpec:
     # empty: velocity and current, or displacement and velocity without a current
     variables: tuple[Variable, ...] = ()
     grid: tuple[int, ...] = (10, 10)  # cells over the variables, in their order
+    # direct: the part of the asked range that limits and rig allow, all of it, or whatever range the motion reaches
+    range: Literal["achievable", "asked", "reached"] = "achievable"
     iterations: int | None = None  # at most so many; the method's own default where none is given
 
     def __post_init__(self) -> None:
         if len(set(self.variables)) != len(self.variables):
             raise DesignError(f"variables is {list(self.variables)}: each may be given once")
+        if {"displacement", "acceleration"} <= set(self.variables):
+            raise DesignError(
+                f"variables is {list(self.variables)}: displacement and acceleration cannot be covered together "
+                "(far out a motion turns): leave one out"
+            )
         if self.variables and len(self.variables) < 2:
             raise DesignError(f"variables is {list(self.variables)}: give two or three")
         if self.variables and len(self.grid) != len(self.variables):
@@ -129,11 +137,14 @@ class MultisineSpec:
     periods: int = 1
     seed: int = 0
     realisation: int = 0  # other phases of the same design, on the same lines
+    opposite_current: bool = False  # the current of the same design with its sign turned about its mean
     level: float = 1.0  # of the full displacement, which reaches the first limit
     phases: Literal["random", "schroeder", "crest"] = "random"
     # what is kept low; phases "crest"
-    crest_of: Literal["displacement", "velocity", "acceleration"] = "displacement"
+    crest_of: Literal["limits", "displacement", "velocity", "acceleration"] = "limits"
     homogenise: HomogeniseSpec | None = None
+    response: RigResponse | None = None  # of the rig: what is covered is measured behind it
+    force: ForceEstimate | None = None  # one more limit of the motion
 
     def __post_init__(self) -> None:
         check_above("sample_rate", self.sample_rate_hz, 0.0, "Hz")
@@ -149,6 +160,8 @@ class MultisineSpec:
                     f"{name}.f_max is {band.f_max_hz:g} Hz: it must lie below half the sample rate "
                     f"({self.sample_rate_hz / 2:g} Hz)"
                 )
+        if self.opposite_current and self.current is None:
+            raise DesignError("opposite_current is true, but there is no [current]: add it or leave it out")
         self._check_variables()
 
     def _check_variables(self) -> None:

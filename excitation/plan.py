@@ -100,6 +100,7 @@ class TestPlan:
     tests: tuple[Test, ...]
     warm_up: Test | None = None
     design: Mapping[str, JSON] = field(default_factory=dict)
+    changes: tuple[str, ...] = ()  # what became of tests that exceed the rig, a line each
 
     def __post_init__(self) -> None:
         if not self.tests:

@@ -19,6 +19,7 @@ from excitation.kinds import HOMOGENISED, Kind
 from excitation.motion import Motion, motion
 from excitation.plan import TestPlan
 from excitation.prediction import ForceModel, predict, specimen_force
+from excitation.range_plot import range_map
 from excitation.rig import Envelope, MotionLimits
 from excitation.signal import Excitation
 from excitation.synthesis import excitation_from_config
@@ -76,6 +77,9 @@ def _of_excitation(
         before = _before(excitation)
         if before is not None:
             drawn.append(coverage_map(before, _grid(excitation), " before, with random phases"))
+    working_range = range_map(excitation, moved)
+    if working_range is not None:
+        drawn.append(working_range)
     if "service_outline" in excitation.figures:
         drawn.append(service_chart(excitation))
     if force_model is not None or (envelope is not None and envelope.specimen is not None):
@@ -105,7 +109,9 @@ def signals_plot(moved: Motion) -> go.Figure:
         figure.add_trace(go.Scattergl(x=time, y=values[::every], name=name, mode="lines"), row=number, col=1)
         figure.update_yaxes(title_text=name, row=number, col=1)
     figure.update_xaxes(title_text="time (s)", row=len(rows), col=1)
-    return figure.update_layout(title="One period", height=220 * len(rows), showlegend=False)
+    return figure.update_layout(
+        title="One period" if moved.repeats > 1.0 else "The whole", height=220 * len(rows), showlegend=False
+    )
 
 
 def spectrum_plot(moved: Motion) -> go.Figure:

@@ -124,11 +124,14 @@ def _accumulator_oil(flow: NDArray[np.float64], pump_flow_m3_s: float, moved: Mo
 
 
 def _highest_frequency(excitation: Excitation, moved: Motion) -> float:
-    """The highest line with more than 1e-6 of the strongest line's amplitude; of a triangle its repetition
-    rate.
+    """The highest line with more than 1e-6 of the strongest line's amplitude; of a triangle its repetition rate, of a
+    sweep its highest frequency.
     """
     if excitation.kind is Kind.TRIANGLE and excitation.period_samples:
-        return excitation.sample_rate_hz / excitation.period_samples
+        return _repetition_rate(excitation, moved)
+    ends = [excitation.design.get(key) for key in ("f_start", "f_end")]
+    if excitation.kind is Kind.SWEEP and all(isinstance(end, (int, float)) for end in ends):
+        return max(float(str(end)) for end in ends)
     values, threshold = moved.displacement_m, 1e-6
     if not excitation.period_samples and excitation.kind not in BAND_LIMITED:
         values, threshold = _windowed(values), 1e-3
@@ -145,3 +148,9 @@ def _windowed(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     line = np.linspace(values[0], values[-1], values.size)
     return np.asarray((values - line) * np.sin(np.pi * (np.arange(values.size) + 0.5) / values.size) ** 2)
+
+
+def _repetition_rate(excitation: Excitation, moved: Motion) -> float:
+    """Of a triangle, of which several cycles may be one period: that of the strongest line, Hz."""
+    cycles = int(np.argmax(np.abs(np.fft.rfft(moved.displacement_m))[1:])) + 1
+    return cycles * excitation.sample_rate_hz / excitation.period_samples

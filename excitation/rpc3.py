@@ -2,8 +2,12 @@
 
 A header of 128-byte records, four to a 512-byte block: 32 bytes keyword, 96 bytes value, both ended by NUL.
 Then the data in groups of frames; within a group the points of each channel are contiguous. The last frame is
-padded, so the true number of samples has a keyword of its own. Short integers are scaled for each
-channel: value = integer · SCALE.CHAN_n · INT_FULL_SCALE/32768.
+padded, so the true number of samples has a keyword of its own; other writers' keywords are read, and padding is
+recognised where there is none.
+
+Short integers are scaled for each channel, in one of two ways where INT_FULL_SCALE is not 32768:
+value = integer · SCALE.CHAN_n · INT_FULL_SCALE/32768, or value = integer · SCALE.CHAN_n. The second is taken where
+the limits of the channels are met by it and not by the first.
 """
 
 from __future__ import annotations
@@ -12,13 +16,15 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from excitation.errors import ExcitationFileError
 from excitation.kinds import Kind
-from excitation.signal import Excitation
+from excitation.rpc3_length import samples_without_padding, stated_samples
+from excitation.signal import JSON, Excitation
 from excitation.untrusted import parse_json
 
 __all__ = ["Channel", "TimeHistory", "read_drive", "read_rpc3", "write_drive", "write_response", "write_rpc3"]
@@ -29,6 +35,12 @@ _FRAME = 1024
 _MOST_PARAMETERS = 1024
 _CHUNK = 90  # characters of the design in one value
 _OWN = "DAMPER_RIG."
+_READ: Final[Mapping[str, tuple[str, ...]]] = {
+    "FORMAT": ("BINARY_IEEE_LITTLE_END", "BINARY_IEEE_BIG_END", "BINARY"),
+    "FILE_TYPE": ("TIME_HISTORY",),
+}
+_NEAR_A_LIMIT: Final = 1e-4
+"""Share of a channel's limit within which its peak is that limit: the two ways to scale differ by 5e-4 at 32752."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,6 +60,8 @@ class TimeHistory:
     channels: tuple[Channel, ...]
     drive: bool = True  # else a response
     keywords: Mapping[str, str] = field(default_factory=dict)
+    padding: int = 0  # samples at the end of the last frame that were left out, without a keyword that says so
+    scaling: str = ""  # how integers became values, where the file allows two ways
 
 
 def write_rpc3(path: Path, history: TimeHistory) -> None:
@@ -135,15 +149,17 @@ def read_rpc3(path: Path) -> TimeHistory:
             f"{path}: {len(raw)} bytes of data: {count} channels of {groups} groups of {group} points need "
             f"{groups * group * count * dtype.itemsize}; the file is cut off"
         )
-    data = np.frombuffer(raw, dtype=dtype, count=groups * group * count).reshape(groups, count, group)
-    samples = int(keywords.get(_OWN + "SAMPLES", frames * frame))
-    if not 0 < samples <= frames * frame:
-        raise ExcitationFileError(f"{path}: {_OWN}SAMPLES is {samples}: the data hold {frames * frame}")
+    grouped = np.frombuffer(raw, dtype=dtype, count=groups * group * count).reshape(groups, count, group)
+    data = np.ascontiguousarray(grouped.transpose(0, 2, 1)).reshape(-1, count)[: frames * frame]
+    stated = stated_samples(path, keywords, frames * frame)
+    samples = samples_without_padding(data, frame) if stated is None else stated
+    data = data[:samples]
+    share, scaling = _full_scale(path, keywords, data) if kind == "SHORT_INTEGER" else (1.0, "")
     channels = tuple(
         Channel(
             name=keywords.get(f"DESC.CHAN_{n}", f"channel {n}"),
             unit=keywords.get(f"UNITS.CHAN_{n}", ""),
-            values=_factor(path, keywords, n, kind) * data[:, n - 1].reshape(-1)[:samples].astype(np.float64),
+            values=(share * _scale_of(path, keywords, n, kind)) * data[:, n - 1].astype(np.float64),
         )
         for n in range(1, count + 1)
     )
@@ -152,7 +168,31 @@ def read_rpc3(path: Path) -> TimeHistory:
         channels=channels,
         drive=keywords.get("TIME_TYPE", "DRIVE") == "DRIVE",
         keywords={k.removeprefix(_OWN): v for k, v in keywords.items() if k.startswith(_OWN)},
+        padding=frames * frame - samples if stated is None else 0,
+        scaling=scaling,
     )
+
+
+def _full_scale(path: Path, keywords: Mapping[str, str], data: NDArray[np.int16]) -> tuple[float, str]:
+    """The factor of all integers beside the channels' own, and what it was taken from."""
+    full_scale = _real(path, keywords, "INT_FULL_SCALE", str(_FULL_SCALE))
+    if full_scale == _FULL_SCALE:
+        return 1.0, ""
+    share, alone = full_scale / _FULL_SCALE, 0
+    for number in range(1, data.shape[1] + 1):
+        limits = [_real(path, keywords, f"{side}_LIMIT.CHAN_{number}", "0") for side in ("LOWER", "UPPER")]
+        reached = np.array([data[:, number - 1].min(), data[:, number - 1].max()], dtype=np.float64)
+        scaled = reached * _scale_of(path, keywords, number, "SHORT_INTEGER")
+        by = [float(np.abs(factor * scaled - limits).max()) for factor in (share, 1.0)]
+        near = _NEAR_A_LIMIT * max(map(abs, limits))
+        alone += int(by[1] <= near < by[0]) - int(by[0] <= near < by[1])
+    if alone > 0:
+        return 1.0, f"integer · SCALE: the channels' limits say that INT_FULL_SCALE {full_scale:g} is no factor"
+    return share, f"integer · SCALE · {full_scale:g}/{_FULL_SCALE}"
+
+
+def _scale_of(path: Path, keywords: Mapping[str, str], number: int, kind: str) -> float:
+    return 1.0 if kind == "FLOATING_POINT" else _real(path, keywords, f"SCALE.CHAN_{number}", "1.0")
 
 
 def _keywords(path: Path, content: bytes) -> dict[str, str]:
@@ -170,6 +210,12 @@ def _keywords(path: Path, content: bytes) -> dict[str, str]:
     first = within(_BLOCK)
     if "NUM_HEADER_BLOCKS" not in first:
         raise ExcitationFileError(f"{path}: the first 512 bytes name no NUM_HEADER_BLOCKS: this is no RPC III file")
+    for keyword, known in _READ.items():
+        if first.get(keyword, known[0]) not in known:
+            raise ExcitationFileError(
+                f"{path}: {keyword} is {first[keyword]!r:.60}: {', '.join(known)} can be read; save it as a binary "
+                "time history"
+            )
     return within(_number(path, first, "NUM_HEADER_BLOCKS") * _BLOCK)
 
 
@@ -186,13 +232,6 @@ def _real(path: Path, keywords: Mapping[str, str], keyword: str, otherwise: str)
         return float(text)
     except ValueError as error:
         raise ExcitationFileError(f"{path}: {keyword} is {text!r}: it must be a number") from error
-
-
-def _factor(path: Path, keywords: Mapping[str, str], number: int, kind: str) -> float:
-    if kind == "FLOATING_POINT":
-        return 1.0
-    full_scale = _real(path, keywords, "INT_FULL_SCALE", str(_FULL_SCALE))
-    return _real(path, keywords, f"SCALE.CHAN_{number}", "1.0") * full_scale / _FULL_SCALE
 
 
 def _rate(path: Path, keywords: Mapping[str, str]) -> float:
@@ -254,6 +293,13 @@ def read_drive(path: Path) -> Excitation:
             displacement_m=displacement.values * _METRES[displacement.unit],
             current_a=None if current is None else current.values * _AMPERES[current.unit],
             design=parse_json(text or "{}"),
+            figures=_notes(history),
         )
     except ValueError as error:
         raise ExcitationFileError(f"{path}: {error}") from error
+
+
+def _notes(history: TimeHistory) -> dict[str, JSON]:
+    """What was decided while reading a file of another writer."""
+    notes: dict[str, JSON] = {"padding_left_out": history.padding} if history.padding else {}
+    return {**notes, "scaling": history.scaling} if history.scaling else notes

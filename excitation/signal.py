@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TypeAlias
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,14 @@ from numpy.typing import NDArray
 from excitation.errors import DesignError
 from excitation.kinds import Kind
 
-__all__ = ["JSON", "Excitation"]
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
+__all__ = ["JSON", "Excitation", "Samples", "made_on_demand"]
 
 JSON: TypeAlias = "bool | int | float | str | Sequence[JSON] | Mapping[str, JSON] | None"
+Samples: TypeAlias = "Callable[[], NDArray[np.float64]]"
+"""Makes the samples of one channel, (N,): the same at every call."""
 
 
 def _frozen(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -28,7 +33,7 @@ def _frozen(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
     return array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Excitation:
     """Set-points on one uniform time base; the arrays are copies and read-only.
 
@@ -45,8 +50,7 @@ class Excitation:
     figures: Mapping[str, JSON] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
-            raise DesignError(f"sample_rate is {self.sample_rate_hz} Hz: it must be a positive number")
+        self._check_numbers()
         object.__setattr__(self, "displacement_m", _frozen("displacement", self.displacement_m))
         if self.current_a is not None:
             object.__setattr__(self, "current_a", _frozen("current", self.current_a))
@@ -55,6 +59,13 @@ class Excitation:
                     f"current has {self.current_a.size} samples and displacement {self.samples}: "
                     "both need the same number"
                 )
+
+    def _check_numbers(self) -> None:
+        if self.kind not in tuple(Kind):
+            raise DesignError(f"kind is {self.kind!r:.60}: it must be one of {', '.join(Kind)}")
+        object.__setattr__(self, "kind", Kind(self.kind))
+        if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
+            raise DesignError(f"sample_rate is {self.sample_rate_hz} Hz: it must be a positive number")
         if not 0 <= self.period_samples <= self.samples:
             raise DesignError(
                 f"period_samples is {self.period_samples}: it must lie in 0 … {self.samples}; 0: not periodic"
@@ -67,3 +78,118 @@ class Excitation:
     @property
     def duration_s(self) -> float:
         return self.samples / self.sample_rate_hz
+
+    @property
+    def time_s(self) -> NDArray[np.float64]:
+        """The instant of each sample, (N,), s, from 0."""
+        return np.arange(self.samples) / self.sample_rate_hz
+
+    @property
+    def velocity_m_s(self) -> NDArray[np.float64]:
+        """The derivative of the displacement, (N,), m/s, as ``excitation.motion`` takes it."""
+        from excitation.motion import derivatives
+
+        return derivatives(self)[0]
+
+    @property
+    def acceleration_m_s2(self) -> NDArray[np.float64]:
+        """The second derivative of the displacement, (N,), m/s²."""
+        from excitation.motion import derivatives
+
+        return derivatives(self)[1]
+
+    def plot(self) -> go.Figure:
+        """Displacement, velocity, acceleration and current over time: one period, or all of what is not periodic."""
+        from excitation.motion import motion
+        from excitation.plots import signals_plot
+
+        return signals_plot(motion(self))
+
+    def with_figures(self, more: Mapping[str, JSON]) -> Excitation:
+        """The same with more that its design achieved."""
+        return replace(self, figures={**self.figures, **more})
+
+    def held(self) -> Excitation:
+        """The same with its samples in memory: for who reads them block by block."""
+        return replace(self)
+
+    def __repr__(self) -> str:
+        period = f", period {self.period_samples}" if self.period_samples else ""
+        current = "" if self.current_a is None else ", with current"
+        return (
+            f"<{self.kind} excitation: {self.samples} samples at {self.sample_rate_hz:g} Hz, "
+            f"{self.duration_s:.4g} s{period}{current}>"
+        )
+
+
+class _OnDemand(Excitation):
+    """An excitation that makes its samples each time they are read, and keeps none: a plan of many stays small."""
+
+    __slots__ = ("_current", "_displacement", "_samples")
+    _samples: int
+    _displacement: Samples
+    _current: Samples | None
+
+    def __new__(cls, **given: Any) -> Any:  # Any: the fields of Excitation
+        """``dataclasses.replace`` gives arrays, which make an excitation that keeps them."""
+        return object.__new__(cls) if "samples" in given else Excitation(**given)
+
+    def __init__(self, *, samples: int, displacement_m: Samples, current_a: Samples | None, **said: Any) -> None:
+        object.__setattr__(self, "_samples", samples)
+        object.__setattr__(self, "_displacement", displacement_m)
+        object.__setattr__(self, "_current", current_a)
+        for name in ("kind", "sample_rate_hz", "period_samples", "design", "figures"):
+            object.__setattr__(self, name, said[name])
+        self._check_numbers()
+
+    @property
+    def samples(self) -> int:
+        return self._samples
+
+    @property
+    def displacement_m(self) -> NDArray[np.float64]:
+        return _frozen("displacement", self._displacement())
+
+    @property
+    def current_a(self) -> NDArray[np.float64] | None:
+        return None if self._current is None else _frozen("current", self._current())
+
+    def with_figures(self, more: Mapping[str, JSON]) -> Excitation:
+        said = {**self._said(), "figures": {**self.figures, **more}}
+        return _on_demand(self._samples, self._displacement, self._current, said)
+
+    def _said(self) -> dict[str, Any]:
+        """What is stated beside the samples. Any: the fields of Excitation."""
+        return {name: getattr(self, name) for name in ("kind", "sample_rate_hz", "period_samples", "design", "figures")}
+
+    def __reduce__(self) -> Any:
+        """Any: as pickle has it."""
+        return _on_demand, (self._samples, self._displacement, self._current, self._said())
+
+
+def _on_demand(samples: int, displacement_m: Samples, current_a: Samples | None, said: Mapping[str, Any]) -> Excitation:
+    made: Excitation = _OnDemand(samples=samples, displacement_m=displacement_m, current_a=current_a, **said)
+    return made
+
+
+def made_on_demand(
+    *,
+    kind: Kind,
+    sample_rate_hz: float,
+    period_samples: int,
+    samples: int,
+    displacement_m: Samples,
+    current_a: Samples | None = None,
+    design: Mapping[str, JSON],
+    figures: Mapping[str, JSON] | None = None,
+) -> Excitation:
+    """An excitation whose samples are made whenever they are read; made once here, to check them.
+
+    Raises DesignError where they are not ``samples`` finite numbers.
+    """
+    said = {"kind": kind, "sample_rate_hz": sample_rate_hz, "period_samples": period_samples}
+    made = _on_demand(samples, displacement_m, current_a, {**said, "design": design, "figures": figures or {}})
+    for name, values in (("displacement", made.displacement_m), ("current", made.current_a)):
+        if values is not None and values.size != samples:
+            raise DesignError(f"{name} has {values.size} samples: it must have {samples}")
+    return made

@@ -87,17 +87,17 @@ class RecordSpectrum:
             raise DesignError(f"min_contained is {self.min_contained:g}: it must lie in 0 … 1")
 
 
-def check_table(frequency_hz: tuple[float, ...], amplitude: tuple[float, ...]) -> None:
+def check_table(frequency_hz: tuple[float, ...], amplitude: tuple[float, ...], name: str = "amplitude") -> None:
     """Raises DesignError for a table that is not a function of frequency."""
     if len(frequency_hz) != len(amplitude) or len(frequency_hz) < 2:
         raise DesignError(
-            f"frequency has {len(frequency_hz)} values and amplitude {len(amplitude)}: "
+            f"frequency has {len(frequency_hz)} values and {name} {len(amplitude)}: "
             "both need the same number, at least two"
         )
     if any(later <= earlier for earlier, later in pairwise(frequency_hz)):
         raise DesignError("frequency does not rise from value to value: sort it and drop repeated values")
     if min(amplitude) < 0 or max(amplitude) <= 0:
-        raise DesignError(f"amplitude reaches from {min(amplitude):g} to {max(amplitude):g}: none below 0, one above")
+        raise DesignError(f"{name} reaches from {min(amplitude):g} to {max(amplitude):g}: none below 0, one above")
 
 
 def quarter_car(frequency_hz: NDArray[np.float64], car: QuarterCar, on: Road) -> NDArray[np.float64]:

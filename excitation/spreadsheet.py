@@ -17,7 +17,7 @@ from excitation.kinds import Kind
 from excitation.signal import JSON, Excitation
 from excitation.untrusted import parse_json
 
-__all__ = ["TIME", "read_csv", "write_csv"]
+__all__ = ["TIME", "measured_rate", "read_csv", "write_csv"]
 
 TIME, _DISPLACEMENT, _CURRENT = "time (s)", "displacement_command (m)", "current_command (A)"
 _DESCRIPTION = "description"
@@ -43,6 +43,7 @@ def _described(excitation: Excitation) -> dict[str, JSON]:
         "excitation_kind": str(excitation.kind),
         "sample_rate": excitation.sample_rate_hz,
         "period_samples": excitation.period_samples,
+        "samples": excitation.samples,
         "design": excitation.design,
         "figures": excitation.figures,
     }
@@ -70,7 +71,11 @@ def read_csv(path: Path) -> Excitation:
             raise ExcitationFileError(f"{path}: line 1: column {name!r} stands twice: leave one of them out")
     samples = {name: _numbers(path, table, header.index(name), name) for name in names}
     said = _read_description(path, table, header)
-    measured_hz = _measured_rate(path, samples[TIME])
+    if said.get("samples", len(table)) != len(table):
+        raise ExcitationFileError(
+            f"{path}: {len(table)} samples: line 2 says samples = {said['samples']}; the file is cut off or was edited"
+        )
+    measured_hz = measured_rate(path, samples[TIME])
     try:
         return Excitation(
             kind=Kind(said.get("excitation_kind", Kind.CUSTOM)),
@@ -113,7 +118,7 @@ def _read_description(path: Path, table: list[list[str]], header: list[str]) -> 
     return said
 
 
-def _measured_rate(path: Path, time_s: list[float]) -> float:
+def measured_rate(path: Path, time_s: list[float]) -> float:
     """The rate of the time column, which must be uniform to 0.1 % of a sample."""
     spacing = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
     uneven = (

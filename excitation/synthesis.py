@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from math import log10
 
+import numpy as np
+
+from excitation import kinds
 from excitation.checks import check_one_of
 from excitation.configuration import to_spec
 from excitation.errors import DesignError
@@ -13,10 +17,14 @@ from excitation.homogenise import homogenised
 from excitation.kinds import DESIGNED, HOMOGENISED, Kind
 from excitation.multisine import as_excitation, covered, random_phase
 from excitation.multisine_spec import HomogeniseSpec, MultisineSpec
+from excitation.noise import NoiseSpec, noise
+from excitation.replay import ReplaySpec, replay
+from excitation.road_drive import RoadDriveSpec, road_drive
 from excitation.service import service_figures, with_record
 from excitation.signal import JSON, Excitation
+from excitation.sweep import SweepSpec, sweep
 
-__all__ = ["SPECS", "excitation_from_config"]
+__all__ = ["SPECS", "excitation_from_config", "homogenised_multisine", "multisine", "reads_a_file"]
 
 SPECS: Mapping[str, type] = {  # what the keys of each kind are; one entry for each of DESIGNED
     Kind.MULTISINE.value: MultisineSpec,
@@ -24,6 +32,10 @@ SPECS: Mapping[str, type] = {  # what the keys of each kind are; one entry for e
     Kind.SINE.value: SineSpec,
     Kind.TRIANGLE.value: TriangleSpec,
     Kind.STEPS.value: StepsSpec,
+    Kind.SWEEP.value: SweepSpec,
+    kinds.NOISE: NoiseSpec,
+    Kind.ROAD.value: RoadDriveSpec,
+    kinds.REPLAY: ReplaySpec,
 }
 
 
@@ -36,9 +48,44 @@ def excitation_from_config(config: Mapping[str, JSON], where: str = "") -> Excit
     parameters = {key: value for key, value in config.items() if key != "kind"}
     try:
         check_one_of("kind", kind, DESIGNED)
-        return _make(str(kind), parameters)
+        with np.errstate(over="raise", invalid="raise", divide="raise"):
+            return _make(str(kind), parameters)
+    except ArithmeticError as error:
+        raise DesignError(f"a value is too large or too small to compute with ({error}): {_extreme(config)}").below(
+            where
+        ) from error
     except DesignError as error:
         raise error.below(where) from error
+
+
+def _extreme(config: Mapping[str, JSON]) -> str:
+    """The number that is furthest from 1, with its key."""
+    found = max(_numbers(config, ""), key=lambda pair: abs(log10(abs(pair[1]))), default=("", 1.0))
+    return f"{found[0]} is {found[1]:g}"
+
+
+def _numbers(value: JSON, place: str) -> Iterator[tuple[str, float]]:
+    match value:
+        case bool() | str() | None:
+            return
+        case int() | float():
+            if value:
+                yield place, float(value)
+        case Mapping():
+            for key, inner in value.items():
+                yield from _numbers(inner, f"{place}.{key}".lstrip("."))
+        case _:
+            for inner in value:
+                yield from _numbers(inner, place)
+
+
+def reads_a_file(config: Mapping[str, JSON]) -> bool:
+    """Whether making the excitation would read a file of this machine: what comes from elsewhere must not."""
+    if config.get("kind") == kinds.REPLAY:
+        return True
+    displacement = config.get("displacement")
+    spectrum = displacement.get("spectrum") if isinstance(displacement, Mapping) else None
+    return isinstance(spectrum, Mapping) and "record" in spectrum and not spectrum.get("frequency")
 
 
 def _make(kind: str, config: Mapping[str, JSON]) -> Excitation:
@@ -49,8 +96,38 @@ def _make(kind: str, config: Mapping[str, JSON]) -> Excitation:
             return triangle(to_spec(TriangleSpec, config))
         case Kind.STEPS:
             return steps(to_spec(StepsSpec, config))
+        case Kind.SWEEP:
+            return sweep(to_spec(SweepSpec, config))
+        case kinds.NOISE:
+            return noise(to_spec(NoiseSpec, config))
+        case Kind.ROAD:
+            return road_drive(to_spec(RoadDriveSpec, config))
+        case kinds.REPLAY:
+            return replay(to_spec(ReplaySpec, config))
         case _:
-            return _multisine(kind, to_spec(MultisineSpec, config))
+            return _multisine(kind, to_spec(MultisineSpec, _completed(config)))
+
+
+_WRITTEN_OUT = frozenset({"periods", "seed", "realisation", "level", "phases", "crest_of"})
+
+
+def _completed(config: Mapping[str, JSON]) -> Mapping[str, JSON]:
+    """A design that was written out, with all its defaults, before there was a choice of range keeps what was played:
+    the range that the motion reaches."""
+    how = config.get("homogenise")
+    if isinstance(how, Mapping) and "range" not in how and config.keys() >= _WRITTEN_OUT:
+        return {**config, "homogenise": {**how, "range": "reached"}}
+    return config
+
+
+def multisine(spec: MultisineSpec) -> Excitation:
+    """Lines with random phases, or with phases of a low crest factor, within the limits of ``spec``."""
+    return _multisine(str(Kind.MULTISINE), spec)
+
+
+def homogenised_multisine(spec: MultisineSpec) -> Excitation:
+    """The multisine whose phases spread its samples evenly over the working range."""
+    return _multisine(HOMOGENISED, spec)
 
 
 def _multisine(kind: str, spec: MultisineSpec) -> Excitation:
@@ -64,4 +141,4 @@ def _multisine(kind: str, spec: MultisineSpec) -> Excitation:
         more["coverage_before"] = covered(spec, random_phase(spec)).index
     if record is not None:
         more |= service_figures(spec, period, record)
-    return replace(made, figures={**made.figures, **more})
+    return made.with_figures(more)

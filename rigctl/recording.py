@@ -44,7 +44,7 @@ class Recorder:
 
     def __init__(self, path: Path, template: Run, excitation: Excitation, clock: Callable[[], float]) -> None:
         self._writer = RunWriter(path, template, expected_samples=excitation.samples, clock=clock)
-        self._excitation = excitation
+        self._excitation = excitation.held()
         self._setup = setup = template.setup
         for note in (setup.tare, setup.warm_up, *setup.notes):
             if note is not None:

@@ -20,6 +20,7 @@ _GAP: Final = 1.5  # sample intervals between two rows: one row is missing. Half
 _UNEVEN: Final = 0.5  # of a sample: a sample that is nearer to its neighbour's time is not where it is counted
 _AGREE: Final = 5e-3  # of the rate: a stated rate and that of the times may differ by a clock, not by a factor
 _BLOCK: Final = 1 << 18  # samples
+_LEAST_DOUBLES: Final = 8  # times that stand twice; of fewer nobody can tell whether they are even
 _LARGEST_HOLE: Final = 10  # sample intervals that are interpolated: beyond that the motion within is not known
 
 
@@ -71,9 +72,11 @@ def _coarse(time_s: Floats) -> Clock | None:
     """The clock of times that are written with fewer digits than the samples need, so that some stand twice."""
     if time_s.size < 16 or not np.all(np.isfinite(time_s)):
         return None
-    if not np.any(time_s[1:] == time_s[:-1]):
+    if not np.any(time_s[1:] == time_s[:-1]):  # soon known, and nearly always so
         return None
     steps = np.diff(time_s)
+    if not _even_doubles(np.flatnonzero(steps == 0.0)):
+        return None
     if not (np.all(steps >= 0.0) and time_s[-1] > time_s[0]):
         return None
     digit = float(np.min(steps[steps > 0.0]))
@@ -85,6 +88,16 @@ def _coarse(time_s: Floats) -> Clock | None:
         rate_hz=rate,
         told=(f"the times are written to {digit:.3g} s, so some stand twice: taken as even, {rate:.6g} Hz",),
     )
+
+
+def _even_doubles(at: NDArray[np.intp]) -> bool:
+    """Whether times stand twice as rounding makes them: often, and at even distances. A row that was written twice is
+    neither.
+    """
+    if at.size < _LEAST_DOUBLES:
+        return False
+    apart = np.diff(at)
+    return bool(np.ptp(apart) <= 1 + 0.5 * np.median(apart))
 
 
 def resampled(

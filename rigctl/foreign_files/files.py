@@ -13,6 +13,7 @@ from rigctl.foreign_files.imported import Imported, import_table, lacking
 from rigctl.foreign_files.levels import Level, levels_of
 from rigctl.foreign_files.read import read_tables, refusing
 from rigctl.foreign_files.table import Progress, Table
+from rigctl.foreign_files.time_bases import on_one_time
 from rigctl.runfile import Run
 
 __all__ = ["ALL_PARTS", "import_file", "import_tables"]
@@ -68,6 +69,9 @@ def _wanted(tables: tuple[Table, ...], choice: Choice) -> list[Table]:
         return usable
     if len(usable) > 1:
         raise ForeignFileError(f"several parts hold a run: --part NAME with one of {_names(usable)}, or --part all")
+    joined = None if usable else on_one_time(tables, choice)
+    if joined is not None:
+        return [joined]
     if not usable:
         why = "; ".join(lacking(tables[0], choice))
         raise ForeignFileError(f"no part of it holds a run ({_names(tables)}); the first: {why}")

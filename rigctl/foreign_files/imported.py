@@ -17,6 +17,7 @@ from rigctl.errors import ForeignFileError
 from rigctl.foreign_files.choice import Choice, ColumnChoice
 from rigctl.foreign_files.clock import read_clock, resampled
 from rigctl.foreign_files.columns import Found, find_columns
+from rigctl.foreign_files.headings import role_of
 from rigctl.foreign_files.table import Progress, Table
 from rigctl.foreign_files.units import SI, fits, scale_to_si
 from rigctl.magnitudes import doubts_of
@@ -60,11 +61,21 @@ def lacking(table: Table, choice: Choice) -> list[str]:
     found, questions = find_columns(table, choice.columns)
     said = [questions[role] for role in questions if role in ("time", "displacement", "velocity", "force")]
     if not {"displacement", "velocity"} & (found.keys() | questions.keys()):
-        said.append("no displacement (or velocity) is found: --displacement NAME:UNIT")
-    said += [f"no {role} is found: --{role} NAME:UNIT" for role in _EVERY if role not in found | questions]
+        unit = _unknown_unit(table, "displacement")
+        said.append(unit or "no displacement (or velocity) is found: --displacement NAME:UNIT")
+    open_roles = [role for role in _EVERY if role not in found | questions]
+    said += [_unknown_unit(table, role) or f"no {role} is found: --{role} NAME:UNIT" for role in open_roles]
     if "time" not in found | questions and choice.rate_hz is None and table.sample_rate_hz is None:
         said.append("no time is found: --time NAME:UNIT, or --rate HZ")
     return said
+
+
+def _unknown_unit(table: Table, role: str) -> str:
+    """The column that is this channel by its name, and whose unit nobody knows; "" where there is none."""
+    for head in table.heads:
+        if head.number and head.unit and role_of(head)[0] == role and fits(head.unit, role) is None:
+            return f"the unit {head.unit!r:.20} of {head.name!r:.40} is unknown: state it, --{role} '{head.name}:UNIT'"
+    return ""
 
 
 def import_table(path: Path | None, table: Table, choice: Choice, tell: Progress = lambda done: None) -> Imported:

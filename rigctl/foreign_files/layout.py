@@ -32,9 +32,10 @@ _MARKS: Final = (
     (b"\xfe\xff", "utf-16"),
 )
 _NUMBER = {
-    ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?"),
-    ",": re.compile(r"[+-]?(?:\d+,?\d*|,\d+)(?:[eEdD][+-]?\d+)?"),
+    ".": re.compile(r"[+−-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+−-]?\d+)?"),
+    ",": re.compile(r"[+−-]?(?:\d+,?\d*|,\d+)(?:[eEdD][+−-]?\d+)?"),
 }
+_ODD_SIGN = re.compile(r"−|(?<=[\d.,])[dD](?=[+-]?\d)")  # a typographic minus, an exponent as Fortran writes it
 _STAMP = re.compile(r"(?:.*[\dT ])?\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?(?:\s*[AaPp][Mm])?(?:Z|[+-]\d{2}:?\d{2})?")
 _MISSING = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "--", "inf", "-inf", "+inf", "#n/a", "1.#qnan"))
 _RATE = re.compile(
@@ -66,6 +67,7 @@ class Layout:
     heads: tuple[Head, ...]
     sample_rate_hz: float | None = None
     carriage_returns: bool = False  # lines end with these alone
+    odd_signs: bool = False  # numbers with a typographic minus, or with an exponent that begins with D
 
     def __str__(self) -> str:
         name = next(name for name, sign in DELIMITERS.items() if sign == self.delimiter)
@@ -143,7 +145,13 @@ def guess_layout(lines: Sequence[str], encoding: str, given: TextOptions) -> Lay
         first=best.first,
         heads=heads,
         sample_rate_hz=_stated_rate(lines[: best.first]),
+        odd_signs=any(_odd(cells_of(line, best.delimiter), best) for line in lines[best.first :]),
     )
+
+
+def _odd(row: Sequence[str], trial: _Trial) -> bool:
+    """Whether a line has numbers with such signs. That of a later line is refused with its number."""
+    return len(row) == trial.count and any(_ODD_SIGN.search(row[k]) for k in trial.numbers)
 
 
 def _possible(delimiter: str, decimal: str) -> bool:
@@ -159,6 +167,7 @@ class _Trial:
     count: int = 0
     numbers: frozenset[int] = frozenset()
     stamps: frozenset[int] = frozenset()
+    empty_last: bool = False  # each line ends with a delimiter
     first: int = 0
     merit: tuple[float, int] = (0.0, 0)
 
@@ -181,7 +190,14 @@ def _try(lines: Sequence[str], delimiter: str, decimal: str, given: TextOptions)
     if not numbers or len(numbers | stamps) < 2:
         return nothing
     share = len(numbers | stamps) / max(1, sum(kind != "empty" for kind in kinds))
-    trial = replace(nothing, count=count, numbers=numbers, stamps=stamps, merit=(share, len(numbers | stamps)))
+    trial = replace(
+        nothing,
+        count=count,
+        numbers=numbers,
+        stamps=stamps,
+        empty_last=kinds[-1] == "empty",
+        merit=(share, len(numbers | stamps)),
+    )
     first = given.header_lines
     if first is None:
         first = _first_of_data(lines, full, trial)
@@ -220,6 +236,8 @@ def _names_above(above: Sequence[str], trial: _Trial) -> list[Head]:
     if rows:
         _refuse_broken_row(rows[0], trial)
     rows = [(k, _without_comment(row, trial.count)) for k, row in rows]
+    if trial.empty_last:  # no delimiter at the end of the headings
+        rows = [(k, [*row, ""] if len(row) == trial.count - 1 else row) for k, row in rows]
     whole = [(k, row) for k, row in rows if len(row) == trial.count and sum(map(bool, row)) >= min(2, trial.count)]
     under = next((one for one in whole if _is_units_row(one[1])), None) if len(whole) > 1 else None
     units = (

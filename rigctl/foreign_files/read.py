@@ -10,6 +10,7 @@ from excitation.untrusted import bounded_memory
 from rigctl.errors import ForeignFileError
 from rigctl.foreign_endings import WORKBOOKS
 from rigctl.foreign_files.choice import Choice
+from rigctl.foreign_files.hdf5_file import foreign_hdf5
 from rigctl.foreign_files.matlab_file import read_matlab
 from rigctl.foreign_files.recorder_files import read_mdf, read_parquet, read_tdms, read_uff
 from rigctl.foreign_files.rpc_file import read_rpc
@@ -106,9 +107,7 @@ def _ending(path: Path) -> str:
     if by_bytes is not None:
         return by_bytes
     if start.startswith(b"\x89HDF\r\n\x1a\n"):
-        raise ForeignFileError(
-            "an HDF5 file: a run file is used as it is, and HDF5 files of other programs are not read"
-        )
+        raise ForeignFileError(foreign_hdf5(path))
     if start.startswith(b"\xd0\xcf\x11\xe0"):
         raise ForeignFileError("an Excel workbook of the old format (.xls): save it as .xlsx or .csv")
     if start.lstrip().startswith(b"-1\n") or b"\n    58" in start or b"\r\n    58" in start:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from excitation.errors import ExcitationFileError
-from excitation.rpc3 import read_rpc3
+from excitation.rpc3 import TimeHistory, read_rpc3
 from rigctl.errors import ForeignFileError
 from rigctl.foreign_files.channels_table import Array, table_of
 from rigctl.foreign_files.table import Table
@@ -20,5 +20,10 @@ def read_rpc(path: Path) -> tuple[Table, ...]:
     except ExcitationFileError as error:
         raise ForeignFileError(str(error).removeprefix(f"{path}: ")) from error
     arrays = [Array(name=one.name, unit=one.unit, values=one.values) for one in history.channels]
-    table = table_of(arrays, sample_rate_hz=history.sample_rate_hz, layout="RPC III")
+    table = table_of(arrays, sample_rate_hz=history.sample_rate_hz, layout=_layout(history))
     return () if table is None else (table,)
+
+
+def _layout(history: TimeHistory) -> str:
+    padding = f"{history.padding} samples of padding left out" if history.padding else ""
+    return ", ".join(part for part in ("RPC III", padding, history.scaling) if part)

@@ -14,6 +14,8 @@ from rigctl.foreign_files.layout import Layout
 __all__ = ["BLOCK", "TextBody"]
 
 BLOCK: Final = 4 << 20  # bytes that are parsed at once: a line of 10⁴ columns has 0.2 MB
+_MINUS: Final = "−".encode()
+_EXPONENT: Final = re.compile(rb"(?<=[\d.,])[dD](?=[+-]?\d)")
 
 
 class TextBody(io.RawIOBase):
@@ -61,7 +63,11 @@ class TextBody(io.RawIOBase):
                 self._carry = line
                 return b""
             self._skip -= 1
-        if self._layout.delimiter != " ":
+        if self._layout.delimiter != " " and not self._layout.odd_signs:
             return block
         whole, found, self._carry = (self._carry + block).rpartition(b"\n") if not end else (self._carry, b"", b"")
-        return re.sub(rb"(?m)^ | (?=\r?$)", b"", re.sub(rb"[ \t]+", b" ", whole)) + found
+        if self._layout.odd_signs:
+            whole = _EXPONENT.sub(b"E", whole.replace(_MINUS, b"-"))
+        if self._layout.delimiter == " ":
+            whole = re.sub(rb"(?m)^ | (?=\r?$)", b"", re.sub(rb"[ \t]+", b" ", whole))
+        return whole + found

@@ -142,7 +142,8 @@ def _columns(
 
 def _as_it_is(layout: Layout, most: int | None) -> bool:
     """Whether Arrow can read the file without help."""
-    return most is None and not layout.carriage_returns and layout.delimiter != " " and "16" not in layout.encoding
+    plain = not layout.carriage_returns and not layout.odd_signs and layout.delimiter != " "
+    return most is None and plain and "16" not in layout.encoding
 
 
 def _stream(path: Path, layout: Layout, most: int | None) -> Any:

@@ -44,15 +44,20 @@ def numbers_of(excitation: Excitation) -> Numbers:
     x, period = excitation.displacement_m, excitation.period_samples
     if str(excitation.kind) not in tuple(Shape) or not period:
         raise LimitError(f"kind is {excitation.kind}: a function generator plays whole cycles of a sine or a triangle")
-    if excitation.samples % period:
+    in_a_period = max(
+        1, int(np.argmax(np.abs(np.fft.rfft(x[:period]))))
+    )  # cycles, where one alone has no whole samples
+    cycles, more = divmod(excitation.samples * in_a_period, period)
+    if more >= in_a_period:  # more than the part of a sample that ends the last cycle
         raise LimitError(
-            f"{excitation.samples} samples are no whole number of cycles of {period}: a generator plays whole ones"
+            f"{excitation.samples} samples are no whole number of cycles of {period / in_a_period:.6g}: "
+            "a generator plays whole ones"
         )
     current = np.zeros_like(x) if excitation.current_a is None else excitation.current_a
     if np.ptp(current) > 0:
         raise LimitError("the current varies: a function generator holds it, split the test into one for each current")
     shape = Shape(excitation.kind)
-    unit = unit_wave(shape, np.arange(excitation.samples) / period)
+    unit = unit_wave(shape, np.arange(excitation.samples) * in_a_period / period)
     amplitude = float(unit @ x / (unit @ unit))
     worst = float(np.max(np.abs(x - amplitude * unit)))
     if amplitude <= 0 or worst > FIT * amplitude:
@@ -63,8 +68,8 @@ def numbers_of(excitation: Excitation) -> Numbers:
     return Numbers(
         shape=shape,
         amplitude_m=amplitude,
-        frequency_hz=excitation.sample_rate_hz / period,
-        cycles=excitation.samples // period,
+        frequency_hz=in_a_period * excitation.sample_rate_hz / period,
+        cycles=cycles,
         current_a=float(current[0]),
     )
 
