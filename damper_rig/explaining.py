@@ -34,6 +34,7 @@ class Explained:
     """Verdict, names with confidence, and the gap at each step; ``result`` holds everything that was found."""
 
     result: Explanation
+    runs: tuple[Run, ...] = ()  # those that were explained, for the sheet in the report
 
     @property
     def verdict(self) -> str:
@@ -64,7 +65,7 @@ class Explained:
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Write report.json, evidence.h5, model.json and report.html; returns the path of the page."""
-        return write_report(self.result, Path(folder))
+        return write_report(self.result, Path(folder), runs=self.runs)
 
     def __repr__(self) -> str:
         return "\n".join([*report_lines(self.data()), *self.questions])
@@ -112,4 +113,5 @@ def explain(model: AnyModel | None, runs: Run | Iterable[Run], *, held_out: Run 
     given, measured, kept = None if model is None else model_of(model), listed(runs), listed(held_out)
     check_runs([*measured, *kept], once=True)
     with working("explaining") as tell:
-        return Explained(explain_any(given, measured, kept or None, on_progress=tell))
+        found = explain_any(given, measured, kept or None, on_progress=tell)
+    return Explained(found, (*measured, *kept))

@@ -13,8 +13,7 @@ from damper_rig.running import working
 from damper_rig.runs import Runs, listed
 from damper_rig.simulating import AnyModel, model_of
 from identification.errors import ModelError
-from identification.fitting import Fit, Intervals, fit_data, fit_text, intervals_of, moved_far
-from identification.fitting import fit as fit_model
+from identification.fitting import Fit, Intervals, fit_as_asked, fit_data, fit_text, moved_far
 from identification.measured import check_runs
 from identification.physical.model import Model
 from identification.physical.modelfile import write_model
@@ -103,13 +102,7 @@ def fit(
         raise ModelError(f"'{start.name}' is of kind '{start.kind}': only a physical model is fitted")
     check_runs(measured, once=True)
     with working("fitting") as tell:
-        found = fit_model(
-            start,
-            measured,
-            starts=starts,
-            robust=robust,
-            refine=refine,
-            on_step=lambda step, cost: tell(1 - 0.8**step, f"fitting, step {step}"),
+        found, intervals = fit_as_asked(
+            start, measured, starts=starts, robust=robust, refine=refine, profile=profile, tell=tell
         )
-        intervals = intervals_of(found, measured, profile, robust=robust)
     return Fitted(result=found, start=start, runs=Runs(tuple(measured)), intervals=intervals)

@@ -11,6 +11,7 @@ from typing import Final
 
 from damper_rig.progress import progress
 from damper_rig.runs import Runs
+from damper_rig.words import in_python, said_in_python
 from identification.datachecks import check_run, findings_of_import
 from identification.measured import read_runs
 from identification.models.simulation import name_of
@@ -48,9 +49,9 @@ def load(
     ForeignFileError
         Where a file of another program cannot be read: what is missing or wrong, where, and what would be right.
     """
-    chosen = chosen_of(columns, flip, choice)
     found: list[Taken] = []
-    with progress("reading") as tell:
+    with said_in_python(), progress("reading") as tell:
+        chosen = chosen_of(columns, flip, choice)
         for k, path in enumerate(map(Path, files)):
             tell(k / len(files), f"reading {path.name}")
             found += _run_file(path) if path.suffix.lower() in _RUN_FILES else _foreign(path, chosen, split)
@@ -69,7 +70,7 @@ def chosen_of(columns: Mapping[str, str] | None, flip: Sequence[str], choice: Ch
 
 def taken(imported: Imported) -> Taken:
     """The run of an import, and what there is to tell of it."""
-    return imported.run, (*imported.told, *map(str, findings_of_import(imported.run)))
+    return imported.run, (*map(in_python, imported.told), *map(str, findings_of_import(imported.run)))
 
 
 def _run_file(path: Path) -> list[Taken]:

@@ -8,6 +8,7 @@ from typing import Final
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from damper_rig.analysing import Analysed
 from damper_rig.comparing import Compared, compare
 from damper_rig.explaining import Explained
 from damper_rig.fitting import Fitted
@@ -15,6 +16,7 @@ from damper_rig.runs import listed
 from damper_rig.sheets import Sheet
 from excitation import Excitation, TestPlan
 from excitation.plots import figures
+from identification.analysis.charts import force_spectrum
 from identification.discrepancy.ladder import ladder_of
 from identification.models import motion_of
 from identification.models.comparison_page import forces
@@ -28,11 +30,14 @@ _POINTS: Final = 4000  # of a run, from its end: a screen shows no more
 _COLOURS: Final = ("#00798c", "#d1495b", "#e0a800", "#30638e", "#6a994e", "#7b2d8b", "#b56576", "#4d4d4d")
 
 
-def plot(what: Run | Iterable[Run] | Fitted | Explained | Compared | Sheet | Excitation | TestPlan) -> go.Figure:
+def plot(
+    what: Run | Iterable[Run] | Fitted | Explained | Compared | Sheet | Analysed | Excitation | TestPlan,
+) -> go.Figure:
     """The picture that says most of it.
 
     Runs: force over displacement and velocity. A fit or a comparison: every model over the measured force. An
-    explanation: the gap at each step. A sheet: force at peak speed. An excitation: its signals. A plan: its tests.
+    explanation: the gap at each step. A sheet: force at peak speed. An
+    analysis: the spectrum of the force. An excitation: its signals. A plan: its tests.
     """
     match what:
         case Fitted():
@@ -41,6 +46,8 @@ def plot(what: Run | Iterable[Run] | Fitted | Explained | Compared | Sheet | Exc
             return forces(what.result)
         case Explained():
             return ladder_of(what.result)
+        case Analysed():
+            return force_spectrum(what.result)
         case Sheet():
             return peak_velocity(what.result.currents)
         case Excitation() | TestPlan():

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damper_rig.loading import DataWarning, Taken, chosen_of, taken
+from damper_rig.words import in_python
 from identification.measured import check_runs
 from rigctl.errors import ForeignFileError
 from rigctl.foreign_files import Choice, Head, Table, Values, import_tables, split_heading
@@ -132,7 +133,7 @@ def _run(found: Sequence[_Column], header: Mapping[str, Any] | None, choice: Cho
             return _own(found, header), ()
         (one,) = import_tables(None, (_table(found, what),), choice)
     except ForeignFileError as error:
-        raise ForeignFileError(f"{what}: {error}") from error
+        raise ForeignFileError(in_python(f"{what}: {error}")) from error
     return taken(one)
 
 

@@ -18,7 +18,7 @@ from excitation.configuration import to_spec
 from excitation.envelope import predict_plan
 from excitation.plan import MakeExcitation
 from excitation.rig import Envelope
-from excitation.synthesis import excitation_from_config
+from excitation.synthesis import excitation_from_config, reads_a_file
 from rigctl.address import check_address
 from rigctl.calibration import calibrations_from, check_valid
 from rigctl.canonical import canonical_address
@@ -178,10 +178,8 @@ def note_excesses(plan: TestPlan, envelope: Envelope, found: Findings) -> None:
 
 def check_reads_no_file(config: Mapping[str, Any]) -> None:
     """Raise InputError where a test would read a file of this computer. Any: JSON."""
-    displacement = config.get("displacement")
-    spectrum = displacement.get("spectrum") if isinstance(displacement, Mapping) else None
-    if isinstance(spectrum, Mapping) and "record" in spectrum and "frequency" not in spectrum:
+    if reads_a_file(config):
         raise InputError(
-            f"test {config.get('name')!r:.60}: displacement.spectrum.record names a file: design it at the command "
-            "line and upload the file, or give frequency and amplitude"
+            f"test {config.get('name')!r:.60}: its record names a file: design it at the command line and upload the "
+            "file of samples, or give a spectrum's frequency and amplitude"
         )

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from api.cli.places import to_file
+
 __all__ = ["align"]
 
 
@@ -19,7 +21,7 @@ def align(
         list[str],
         typer.Option(metavar="THEIRS[=OURS]", help="A channel to take, and its name in the run file, e.g. Load=force."),
     ],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Run file to write.")],
+    output: Annotated[Path, typer.Option("-o", "--output", callback=to_file, help="Run file to write.")],
     pulse: Annotated[
         str, typer.Option(metavar="THEIRS=OURS", help="Channels in which both have recorded the same pulses.")
     ] = "",

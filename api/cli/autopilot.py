@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from api.cli.options import Envelopes, RigOption, Yes
+from api.cli.places import to_folder
 
 if TYPE_CHECKING:
     from api.campaigns.autopilot import Round
@@ -24,7 +25,10 @@ def autopilot(
     model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="Your present simulation: .json.")],
     runs: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="Runs measured so far.")],
     rig: RigOption,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the runs and the report.")],
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", callback=to_folder, metavar="DIR", help="Folder of the runs and the report."),
+    ],
     budget: Annotated[float, typer.Option(min=1.0, help="Rig time that may be used, seconds of motion.")] = 120.0,
     envelope: Envelopes = None,
     yes: Yes = False,
@@ -53,10 +57,12 @@ def autopilot(
     base = read_model(model)
     measured = [read_run(path) for path in runs]
     specimen = measured[0].specimen
+    seen: list[Run] = []  # by the explanation so far
     transport = connect(rig)
     try:
 
         def explain_runs(so_far: Sequence[Run]) -> Explanation:
+            seen[:] = so_far
             with progress_bar("explaining") as tell:
                 return explain(base, so_far, on_progress=lambda text, done: tell(done, text))
 
@@ -74,7 +80,7 @@ def autopilot(
             return read_run(path)
 
         def report_round(made: Round) -> None:
-            write_report(made.found, output)  # kept even if the next test fails
+            write_report(made.found, output, runs=seen)  # kept even if the next test fails
             typer.echo(_round_line(made), err=True)
 
         with chosen(os.environ):

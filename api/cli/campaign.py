@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from api.cli.places import to_folder
+
 if TYPE_CHECKING:
     from api.client import Campaign, Client
 
@@ -138,7 +140,9 @@ def abort(campaign_id: Id, service: ServiceUrl = None, as_json: AsJson = False) 
 @campaign.command("fetch")
 def fetch(
     campaign_id: Id,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Output folder.")] = Path("runs"),
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=to_folder, metavar="DIR", help="Output folder.")
+    ] = Path("runs"),
     test: Annotated[list[str] | None, typer.Option(help="Only the runs of this test; may be given again.")] = None,
     service: ServiceUrl = None,
     as_json: AsJson = False,

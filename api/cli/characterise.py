@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
+from api.cli.places import to_file
 
 __all__ = ["characterise"]
 
@@ -15,7 +16,10 @@ __all__ = ["characterise"]
 def characterise(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="Sine tests of one damper.")],
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="SHEET.html", help="The sheet, one page that opens offline.")
+        Path,
+        typer.Option(
+            "-o", "--output", callback=to_file, metavar="SHEET.html", help="The sheet, one page that opens offline."
+        ),
     ],
     model: Annotated[
         Path | None, typer.Option("--model", metavar="MODEL", help="Model to draw with the tests: .json or .fmu.")

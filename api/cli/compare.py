@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
+from api.cli.places import to_file
 
 __all__ = ["compare"]
 
@@ -18,7 +19,9 @@ def compare(
     runs: Annotated[
         list[Path], typer.Option("--runs", metavar="RUN.h5 ...", help="Measured runs of one specimen; can be repeated.")
     ],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE.html", help="One page that opens offline.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=to_file, metavar="FILE.html", help="One page that opens offline.")
+    ],
     fmu_input: FmuInput = None,
     fmu_output: FmuOutput = "",
     fmu_set: FmuSet = None,

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from api.cli.places import to_folder
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -18,7 +20,9 @@ __all__ = ["demo"]
 
 
 def demo(
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Output folder.")] = Path("demo-output"),
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=to_folder, metavar="DIR", help="Output folder.")
+    ] = Path("demo-output"),
     seed: Annotated[int | None, typer.Option(help="Seed of the hidden effect; default: random, printed.")] = None,
     effect: Annotated[str | None, typer.Option(help="Effect to hide instead of a random one.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,

@@ -7,11 +7,17 @@ from typing import Annotated
 
 import typer
 
+from api.cli.options import AsJson
+from api.cli.places import to_folder
+
 __all__ = ["examples"]
 
 
 def examples(
-    output: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that does not exist yet.")],
+    output: Annotated[
+        Path, typer.Argument(metavar="DIR", callback=to_folder, help="A folder that does not exist yet.")
+    ],
+    as_json: AsJson = False,
 ) -> None:
     """Copy the examples of the documentation: a dyno's log, models, designs, maps of rigs.
 
@@ -28,7 +34,8 @@ def examples(
         shutil.copytree(_place(), output)
     except OSError as error:
         raise InputError(f"{output}: cannot be written ({error.strerror or error})") from error
-    answer(f"{output}: {sum(path.is_file() for path in output.rglob('*'))} files", None, as_json=False)
+    files = sum(path.is_file() for path in output.rglob("*"))
+    answer(f"{output}: {files} files", {"folder": str(output), "files": files}, as_json=as_json)
 
 
 def _place() -> Path:

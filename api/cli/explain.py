@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
+from api.cli.places import to_folder
 
 __all__ = ["explain"]
 
@@ -21,7 +22,9 @@ def explain(
         list[Path] | None, typer.Argument(metavar="RUN.h5 ...", help="Measured runs of one specimen.")
     ] = None,
     *,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the report.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=to_folder, metavar="DIR", help="Folder of the report.")
+    ],
     held_out: Annotated[
         list[Path] | None, typer.Option(metavar="RUN.h5", help="Run that is not used for fitting; can be repeated.")
     ] = None,
@@ -58,7 +61,8 @@ def explain(
     warn([*measured, *kept])  # only now: a refusal is one line
     ask(questions(found))
     options = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "--fmu-output": [fmu_output]}
-    write_report(found, output, reproduce=_command([model, *(runs or [])], options, output, simulated=simulated))
+    command = _command([model, *(runs or [])], options, output, simulated=simulated)
+    write_report(found, output, reproduce=command, runs=every)
     report = report_data(found)
     answer("\n".join([*report_lines(report), str(output / "report.html")]), report, as_json=as_json)
 

@@ -8,13 +8,17 @@ from typing import Annotated
 
 import typer
 
+from api.cli.places import to_file
+
 __all__ = ["fit"]
 
 
 def fit(
     model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="The model with start values.")],
     runs: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="Measured runs of one specimen.")],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="MODEL.json", help="The fitted model.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=to_file, metavar="MODEL.json", help="The fitted model.")
+    ],
     starts: Annotated[int, typer.Option("--starts", help="Number of starts; the best fit is kept.")] = 1,
     robust: Annotated[
         float | None,
@@ -39,8 +43,7 @@ def fit(
     """
     from api.cli.terminal import answer, ask, progress_bar, warn
     from identification.compute import chosen
-    from identification.fitting import fit as fit_model
-    from identification.fitting import fit_data, fit_text, intervals_of, moved_far
+    from identification.fitting import fit_as_asked, fit_data, fit_text, moved_far
     from identification.measured import read_runs
     from identification.physical.modelfile import read_model, write_model
 
@@ -48,15 +51,9 @@ def fit(
     measured = read_runs(runs, once=True)
     warn(measured)
     with chosen(os.environ), progress_bar("fitting") as tell:
-        result = fit_model(
-            start,
-            measured,
-            starts=starts,
-            robust=robust,
-            refine=refine,
-            on_step=lambda step, cost: tell(1 - 0.8**step, f"fitting, step {step}"),
+        result, intervals = fit_as_asked(
+            start, measured, starts=starts, robust=robust, refine=refine, profile=profiled or (), tell=tell
         )
-        intervals = intervals_of(result, measured, profiled or (), robust=robust)
     write_model(output, result.model)
     ask(moved_far(start, result.model))
     text = f"{output}: {fit_text(result, intervals)}"

@@ -9,7 +9,7 @@ from typer.core import TyperGroup
 
 __all__ = ["WordedGroup"]
 
-_TYPE = re.compile(r"<(?:list\[)?(\w+)\]?>")
+_TYPE = re.compile(r"<(?:list\[)?(\w+)\]?(?: range)?>")  # `range`: limits stand behind it
 _WORDS = {"str": "TEXT", "path": "PATH", "int": "NUMBER", "float": "NUMBER", "bool": ""}
 
 

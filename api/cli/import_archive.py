@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from api.cli.import_shown import run_figures, shown
+from api.cli.places import check_file, check_folder
 from api.cli.terminal import ProgressBar, progress_bar
 from api.errors import InputError, one_line
 from identification.datachecks import findings_of_import
@@ -98,7 +98,7 @@ def import_all(files: Sequence[Path], output: Path, rules: Mapping, *, write: bo
     if not single and output.suffix == ".h5" and len(sources) > 1:
         raise InputError(f"{output}: one run file for {len(sources)} files: give a folder")
     if write:
-        _check_place(output.parent if single else output)
+        _check_place(output, single=single)
     outcomes = []
     with progress_bar("importing") as tell:
         for k, source in enumerate(sources):
@@ -156,15 +156,14 @@ def _inside(folder: Path) -> Iterator[tuple[Path, str]]:
             yield path, name.as_posix()
 
 
-def _check_place(folder: Path) -> None:
+def _check_place(output: Path, *, single: bool) -> None:
     """Raise InputError where nothing could be written, before any file is read."""
-    there = folder
-    while not there.exists() and there != there.parent:
-        there = there.parent
-    if not there.is_dir():
-        raise InputError(f"{there}: not a folder: give another place with -o")
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise InputError(f"{there}: cannot be written: give another place with -o")
+    if single and output.parent.exists():
+        check_file(output)
+    elif single:
+        check_folder(output.parent, output.name)
+    else:
+        check_folder(output)
 
 
 def _places(source: Source, output: Path, runs: int) -> list[Path]:

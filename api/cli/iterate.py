@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from api.cli.options import Envelopes, Interlocks, Operator, RigOption, Specimen, Yes
+from api.cli.places import to_folder
 
 if TYPE_CHECKING:
     from excitation import TestPlan
@@ -20,7 +21,9 @@ __all__ = ["iterate"]
 def iterate(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The target: an excitation file or a plan.")],
     rig: RigOption,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of drives, charts and run files.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=to_folder, help="Folder of drives, charts and run files.")
+    ],
     tolerance: Annotated[
         float, typer.Option(help="Tolerance of the error of each channel, % rms of its target.")
     ] = 1.0,

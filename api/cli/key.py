@@ -32,6 +32,7 @@ def create(
     data: DataOption = None,
     database: DatabaseOption = None,
     config: ConfigOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Make a key and print it, this once: only a digest of it is stored.
 
@@ -42,6 +43,7 @@ def create(
     import sys
 
     from api.access.keys import KeyStore
+    from api.cli.terminal import answer
 
     with _opened(data, database, config) as store:
         made, text = KeyStore(store).create(
@@ -49,7 +51,7 @@ def create(
         )
         _note(store, "key.create", made.id)
     print(f"key {made.id}, {made.scope}: keep it, it is not shown again", file=sys.stderr)
-    print(text)
+    answer(text, {"id": made.id, "name": made.name, "scope": str(made.scope), "key": text}, as_json=as_json)
 
 
 @key.command("list")
@@ -85,17 +87,20 @@ def revoke(
     data: DataOption = None,
     database: DatabaseOption = None,
     config: ConfigOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Revoke a key and the sessions that were opened with it; a running service refuses them within 5 s.
 
     Example: damper-rig key revoke 0123456789ab --data lab
     """
     from api.access.keys import KeyStore
+    from api.cli.terminal import answer
 
     with _opened(data, database, config) as store:
         revoked = KeyStore(store).revoke(key_id)
         _note(store, "key.revoke", revoked.id)
-    print(f"key {revoked.id} ({revoked.name}) is revoked")
+    text = f"key {revoked.id} ({revoked.name}) is revoked"
+    answer(text, {"id": revoked.id, "name": revoked.name, "revoked": True}, as_json=as_json)
 
 
 def _opened(data: Path | None, database: str | None, config: Path | None) -> Database:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from api.cli.options import Url, Yes
+from api.cli.places import to_file, to_folder
 
 if TYPE_CHECKING:
     from excitation import Test
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
 __all__ = ["add_to"]
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
-Record = Annotated[Path | None, typer.Option("-o", "--output", help="Write the record to this file (.json).")]
+Record = Annotated[
+    Path | None, typer.Option("-o", "--output", callback=to_file, help="Write the record to this file (.json).")
+]
 TareFile = Annotated[Path | None, typer.Option("--tare", help="Tare of the load cell, from 'damper-rig rig tare'.")]
 Limit = Annotated[float | None, typer.Option(help="Force at which a movement stops, N; default: 5 % of the rig's.")]
 
@@ -174,7 +177,9 @@ def jog(
 
 def crawl(
     url: Url,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the run file and of its result.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=to_folder, help="Folder of the run file and of its result.")
+    ],
     amplitude: Annotated[float, typer.Option(help="Amplitude, m.")] = 0.01,
     speed: Annotated[float, typer.Option(help="Speed, m/s.")] = 0.005,
     cycles: Annotated[int, typer.Option(help="Cycles after the first one.")] = 3,
@@ -205,7 +210,9 @@ def crawl(
 
 def weigh(
     url: Url,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the run file and of its result.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=to_folder, help="Folder of the run file and of its result.")
+    ],
     with_specimen: Annotated[
         bool, typer.Option(help="A specimen is in, and linear for small motion: the mass is stated less sure.")
     ] = False,
@@ -229,7 +236,7 @@ def weigh(
 def compensate(
     files: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="Run files.")],
     mass: Annotated[Path, typer.Option(help="The mass, from 'damper-rig rig weigh'.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the new run files.")],
+    output: Annotated[Path, typer.Option("-o", "--output", callback=to_folder, help="Folder of the new run files.")],
     bandwidth: Annotated[
         float, typer.Option(help="Frequency up to which the acceleration is right to 1 %, Hz.")
     ] = 80.0,

@@ -12,6 +12,7 @@ from typing import NoReturn
 import typer
 
 from api.cli.align import align
+from api.cli.analyse import analyse
 from api.cli.arguments import repeat_options
 from api.cli.autopilot import autopilot
 from api.cli.campaign import campaign
@@ -40,7 +41,9 @@ from api.cli.serve import serve
 from api.cli.sim import sim
 from api.cli.simulate import simulate
 from api.cli.store import store
+from api.cli.study import study
 from api.cli.terminal import quiet
+from api.cli.track import track
 from api.cli.worker import worker
 
 __all__ = ["main", "run"]
@@ -67,11 +70,14 @@ app.add_typer(model)
 app.command()(fit)
 app.command()(identify)
 app.command()(simulate)
+app.command()(track)
 app.command()(score)
 app.command()(compare)
 app.command()(explain)
+app.add_typer(study)
 app.command()(report)
 app.command()(autopilot)
+app.command()(analyse)
 app.command()(characterise)
 app.command()(convert)
 app.command()(examples)

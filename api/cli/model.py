@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from api.cli.places import to_file
+
 __all__ = ["model"]
 
 model = typer.Typer(name="model", help="Make a model file to start from.", no_args_is_help=True)
@@ -17,9 +19,9 @@ def new(
     family: Annotated[
         str, typer.Argument(metavar="[FAMILY]", help="A family of dampers; `damper-rig model families` lists them.")
     ] = "",
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="MODEL.json", help="The model file.")] = Path(
-        "model.json"
-    ),
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=to_file, metavar="MODEL.json", help="The model file.")
+    ] = Path("model.json"),
     force: Annotated[float | None, typer.Option(metavar="N", help="Peak force, N.")] = None,
     velocity: Annotated[float | None, typer.Option(metavar="M/S", help="Velocity of that force, m/s.")] = None,
     current: Annotated[

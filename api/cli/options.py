@@ -7,13 +7,14 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["Envelopes", "Interlocks", "Operator", "RigOption", "Specimen", "Url", "Yes"]
+__all__ = ["AsJson", "Envelopes", "Interlocks", "Operator", "RigOption", "Specimen", "Url", "Yes"]
 
 _ADDRESS = "The rig's address, for example modbus://127.0.0.1:5020."
 
 Url = Annotated[str, typer.Argument(metavar="URL", help=_ADDRESS)]
 RigOption = Annotated[str, typer.Option("--rig", help=_ADDRESS)]
 Yes = Annotated[bool, typer.Option("--yes", help="Ask nothing before a motion; for simulated rigs only.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 Specimen = Annotated[str, typer.Option(help="Specimen, for the run files.")]
 Operator = Annotated[str, typer.Option(help="Operator, for the run files.")]
 Interlocks = Annotated[

@@ -20,8 +20,11 @@ def report(
 
     Example: damper-rig report found
     """
+    from api.cli.places import check_file
     from api.cli.terminal import answer
     from identification.report import draw_report
 
+    if directory.is_dir():
+        check_file(directory / "report.html")
     page = draw_report(directory)
     answer(str(page), {"file": str(page)}, as_json=as_json)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from api.cli.options import Url, Yes
+from api.cli.places import to_file_here
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,7 +24,13 @@ def check(
     url: Url,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="FILE.html", help="The protocol; default: a name made of rig and time."),
+        typer.Option(
+            "-o",
+            "--output",
+            callback=to_file_here,
+            metavar="FILE.html",
+            help="The protocol; default: a name made of rig and time.",
+        ),
     ] = None,
     operator: Annotated[str, typer.Option(help="Operator, for the protocol.")] = "",
     at_rest: Annotated[bool, typer.Option("--at-rest", help="Do not ask for the part with motion.")] = False,

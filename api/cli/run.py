@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from api.cli.options import Envelopes, Interlocks, Operator, RigOption, Specimen, Yes
+from api.cli.places import to_folder
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,7 +27,7 @@ def run(
         list[Path], typer.Argument(metavar="FILE ...", help="Excitation files (.h5, .csv) or plans (.toml, .csv, .h5).")
     ],
     rig: RigOption,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the run files.")],
+    output: Annotated[Path, typer.Option("-o", "--output", callback=to_folder, help="Folder of the run files.")],
     specimen: Specimen = "",
     operator: Operator = "",
     serial: Annotated[str, typer.Option(help="Serial number of the specimen, for the run files.")] = "",

@@ -12,6 +12,7 @@ __all__ = ["score"]
 
 def score(
     run: Annotated[Path, typer.Argument(metavar="OUT.h5", help="A run with force and force_simulated.")],
+    as_json: Annotated[bool, typer.Option("--json", help="The answer is JSON without this option too.")] = False,
 ) -> None:
     """Print the error measures of force_simulated against force as JSON.
 

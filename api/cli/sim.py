@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from api.cli.places import to_file
+
 __all__ = ["sim"]
 
 
@@ -23,7 +25,9 @@ def sim(
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the noise and of the random effects.")] = 1,
     speed: Annotated[float, typer.Option(help="Speed of the rig's clock, relative to real time.")] = 1.0,
-    reveal: Annotated[Path | None, typer.Option(metavar="FILE.json", help="Write what is hidden to this file.")] = None,
+    reveal: Annotated[
+        Path | None, typer.Option(metavar="FILE.json", callback=to_file, help="Write what is hidden to this file.")
+    ] = None,
     fault: Annotated[
         list[str] | None,
         typer.Option(

@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
+from api.cli.options import AsJson
+from api.cli.places import to_file
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from identification.models import SimulationModel
+    from rigctl.runfile import Run
 
 __all__ = ["simulate"]
 
@@ -16,22 +25,33 @@ __all__ = ["simulate"]
 def simulate(
     model: Annotated[Path, typer.Argument(metavar="MODEL", help="The model: .json or .fmu.")],
     run: Annotated[Path, typer.Argument(metavar="RUN.h5", help="The run whose inputs drive the model.")],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="OUT.h5", help="The run with force_simulated.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=to_file, metavar="OUT.h5", help="The run with force_simulated.")
+    ],
     tolerance: Annotated[
         float | None,
         typer.Option(
             "--tolerance", help="Use smaller steps until the solver's error is below this share of the force."
         ),
     ] = None,
+    band: Annotated[
+        float | None,
+        typer.Option(
+            "--band",
+            metavar="PERCENT",
+            help="Level of the prediction band of a black box, force_low and force_high; default: 90.",
+        ),
+    ] = None,
     fmu_input: FmuInput = None,
     fmu_output: FmuOutput = "",
     fmu_set: FmuSet = None,
+    as_json: AsJson = False,
 ) -> None:
     """Simulate a run from its inputs only: displacement, current and temperature.
 
     Example: damper-rig simulate fitted.json run.h5 -o simulated.h5
     """
-    from api.cli.terminal import progress_bar, warn
+    from api.cli.terminal import answer, progress_bar, warn
     from api.errors import InputError
     from identification.measured import read_runs
     from identification.models import load_model, outside_training, simulate_run
@@ -50,8 +70,33 @@ def simulate(
         else:
             assert isinstance(described, Model)  # by `only`
             force, error = simulate_run_within(described, measured, tolerance)
+    limits = _band(described, measured, force, band)
     warn([measured])  # only now: a refusal is one line
     for sentence in outside_training(described, measured):
         print(f"damper-rig: {sentence}", file=sys.stderr)
-    write_run(output, with_channel(measured, "force_simulated", force, "N"))
-    print(output if error is None else f"{output}: numerical error {error:.1e} of the force")
+    made = with_channel(measured, "force_simulated", force, "N")
+    for name, series in limits.items():
+        made = with_channel(made, name, series, "N")
+    write_run(output, made)
+    text = str(output) if error is None else f"{output}: numerical error {error:.1e} of the force"
+    answer(text, {"file": str(output), "numerical_error": error}, as_json=as_json)
+
+
+def _band(
+    model: SimulationModel, run: Run, force: NDArray[np.float64], percent: float | None
+) -> dict[str, NDArray[np.float64]]:
+    """The channels of the band; none where the model has none and none is asked for."""
+    from api.errors import InputError
+    from identification.models.band import LEVEL, check_level, half_width_of
+    from identification.models.simulation import checked_motion, for_every_sample
+
+    level = LEVEL if percent is None else percent / 100.0
+    check_level(level)
+    motion = checked_motion(model, run)
+    half = half_width_of(model, motion, level)
+    if half is None:
+        if percent is not None:
+            raise InputError(f"--band: '{model.name}' states no band: identify gives one to a black box")
+        return {}
+    width = for_every_sample(half, motion, run)
+    return {"force_low": force - width, "force_high": force + width}

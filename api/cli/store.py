@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from api.cli.places import to_file
+
 if TYPE_CHECKING:
     from api.store.archive import Manifest
     from api.store.backup import Folders
@@ -23,7 +25,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print the answer as JSON."
 
 @store.command("backup")
 def backup(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The backup, a new file.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", callback=to_file, help="The backup, a new file.")],
     data: Data = None,
     database: Address = None,
     config: Config = None,

@@ -195,7 +195,7 @@ def _explain(
     started = time.monotonic()
     with show.bars() as bar:
         found = explain(read_model(model), train, held_out, on_progress=lambda text, done: bar(title, done, text))
-        write_report(found, folder)
+        write_report(found, folder, runs=[*train, *held_out])
     return Finding(title=title, report=report_data(found), folder=folder, seconds=time.monotonic() - started)
 
 

@@ -69,7 +69,7 @@ def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
 
     model, runs, held_out = _read(task)
     found = explain(model, runs, held_out, on_progress=lambda text, done: tell(done, text))
-    write_report(found, folder, reproduce=_command(task.request))
+    write_report(found, folder, reproduce=_command(task.request), runs=[*runs, *(held_out or [])])
     report = report_data(found)
     return {"verdict": report["verdict"], "effects": [[e["element"], e["confidence"]] for e in report["effects"]]}
 

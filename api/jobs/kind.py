@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
@@ -45,5 +45,11 @@ class Kind:
     name: str
     request: type[Request]
     files: Mapping[str, str]  # the names of a result's files, with their media types
+    only_with: Mapping[str, str] = field(default_factory=dict)  # a file that is made only where an option asks for it
     check: Callable[[Task], None]  # raises the errors of the command line, before the job is accepted
     run: Callable[[Task, Path, Progress], dict[str, Any]]  # writes the files into a folder; returns the figures, JSON
+
+    def files_of(self, request: Mapping[str, Any]) -> Mapping[str, str]:
+        """The files that the result of a request has, with their media types. Any: JSON, as the store keeps it."""
+        wanted = (name for name in self.files if name not in self.only_with or request.get(self.only_with[name]))
+        return {name: self.files[name] for name in wanted}

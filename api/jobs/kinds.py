@@ -3,16 +3,34 @@
 from __future__ import annotations
 
 from api.errors import InputError
+from api.jobs.analyse import ANALYSE, AnalyseRequest
 from api.jobs.characterise import CHARACTERISE, CharacteriseRequest
 from api.jobs.compare import COMPARE, CompareRequest
+from api.jobs.complexity import COMPLEXITY, ComplexityRequest
 from api.jobs.explain import EXPLAIN, ExplainRequest
+from api.jobs.explore import EXPLORE, ExploreRequest
 from api.jobs.fit import FIT, FitRequest
+from api.jobs.identify import IDENTIFY, IdentifyRequest
 from api.jobs.kind import Kind
+from api.jobs.sensitivity import SENSITIVITY, SensitivityRequest
+from api.jobs.vehicle import VEHICLE, VehicleRequest
 
 __all__ = ["KINDS", "AnyRequest", "find_kind"]
 
-KINDS = {kind.name: kind for kind in (EXPLAIN, FIT, CHARACTERISE, COMPARE)}
-AnyRequest = ExplainRequest | FitRequest | CharacteriseRequest | CompareRequest
+_ALL = (EXPLAIN, FIT, CHARACTERISE, COMPARE, IDENTIFY, ANALYSE, EXPLORE, SENSITIVITY, COMPLEXITY, VEHICLE)
+KINDS = {kind.name: kind for kind in _ALL}
+AnyRequest = (
+    ExplainRequest
+    | FitRequest
+    | CharacteriseRequest
+    | CompareRequest
+    | IdentifyRequest
+    | VehicleRequest
+    | AnalyseRequest
+    | ExploreRequest
+    | SensitivityRequest
+    | ComplexityRequest
+)
 
 
 def find_kind(name: str) -> Kind:

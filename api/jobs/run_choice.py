@@ -58,8 +58,10 @@ def check_choice(chosen: RunChoice) -> None:
 
 
 def find_runs(runs: RunStore, chosen: RunChoice) -> tuple[list[str], list[str]]:
-    """Ids of the training and of the held-out runs; raises NotFound, and InputError where there is no training run."""
-    if chosen.runs:
+    """Ids of the training and of the held-out runs, none for a kind that needs none; raises NotFound, and InputError
+    where there is no training run.
+    """
+    if chosen.runs or not (chosen.campaign or chosen.rig):
         return chosen.runs, chosen.held_out
     found = runs.complete(campaign_id=chosen.campaign, rig=chosen.rig, specimen=chosen.specimen)
     training = [run.id for run in found if not run.held_out]

@@ -16,6 +16,7 @@ from excitation.files import read_plan
 from excitation.plan import Test, conditions_of, config_of, test_from_config
 from excitation.plan_files import holds_a_plan, read_plan_config
 from excitation.signal import Excitation
+from excitation.synthesis import reads_a_file
 from excitation.untrusted import parse_json
 
 __all__ = ["MOST_PLAN_BYTES", "MOST_SAMPLE_BYTES", "channels_of", "plan_content"]
@@ -85,7 +86,8 @@ def _of_samples(path: Path) -> dict[str, Any]:
     excitations: list[Excitation] = []
 
     def config(test: Test) -> dict[str, Any]:
-        if "kind" in test.excitation.design and time.process_time() < ends:
+        design = test.excitation.design
+        if "kind" in design and not reads_a_file(design) and time.process_time() < ends:
             remade = config_of(test)
             if _makes_it_again(remade, test.excitation):
                 return dict(remade)

@@ -339,7 +339,7 @@ def job_answer(job: Job) -> JobAnswer:
         created=iso_time(job.created_at_s),
         started=_when(job.started_at_s),
         ended=_when(job.ended_at_s),
-        files={name: f"{here}/files/{name}" for name in kind.files} if kind and job.has_files else {},
+        files={name: f"{here}/files/{name}" for name in kind.files_of(job.request)} if kind and job.has_files else {},
     )
 
 

@@ -16,6 +16,7 @@ _MODEL = {
     "paths": {"core": [{"element": "viscous_damping", "parameters": {"c": 1500.0}}]},
 }
 _WHERE = {"rig": "modbus://127.0.0.1:5020", "specimen": "damper 7"}
+_COMFORT = {"name": "comfort", "output": "weighted acceleration"}
 _CAMPAIGN = "4f2c1d0e9b8a47769d5e3c2b1a0f9e8d"  # the id of a campaign whose runs a job uses
 
 REQUESTS: dict[str, list[dict[str, Any]]] = {  # by the class of the body. Any: JSON
@@ -33,5 +34,11 @@ REQUESTS: dict[str, list[dict[str, Any]]] = {  # by the class of the body. Any: 
     "ExplainRequest": [{"campaign": _CAMPAIGN, "model": _MODEL}],
     "FitRequest": [{"kind": "fit", "campaign": _CAMPAIGN, "model": _MODEL, "starts": 4}],
     "CharacteriseRequest": [{"kind": "characterise", **_WHERE}],
+    "AnalyseRequest": [{"kind": "analyse", **_WHERE}],
     "CompareRequest": [{"kind": "compare", "campaign": _CAMPAIGN, "models": [_MODEL]}],
+    "ExploreRequest": [{"kind": "explore", **_WHERE, "model": _MODEL, "study": {"samples": 200}}],
+    "SensitivityRequest": [{"kind": "sensitivity", **_WHERE, "model": _MODEL}],
+    "ComplexityRequest": [{"kind": "complexity", **_WHERE, "model": _MODEL, "plan": {"step": [_COMFORT]}}],
+    "VehicleRequest": [{"kind": "vehicle", "models": [_MODEL], "vehicle": "car", "study": {"road_class": "C"}}],
+    "IdentifyRequest": [{"kind": "identify", "campaign": _CAMPAIGN, "model_kind": "nnoe"}],
 }

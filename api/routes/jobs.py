@@ -66,7 +66,7 @@ def cancel(job_id: str, service: ServiceDep) -> JobAnswer:
 def file(job_id: str, name: str, service: ServiceDep) -> FileResponse:
     """A file of its result, the same as the command line writes."""
     job = service.jobs.one(job_id)
-    files = find_kind(job.kind).files
+    files = find_kind(job.kind).files_of(job.request)
     if name not in files:
         raise NotFound(f"job {job_id} of kind {job.kind} has no file {name!r:.60}: it has {', '.join(files)}")
     return FileResponse(service.results.file(job, name), media_type=files[name])

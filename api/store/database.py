@@ -174,7 +174,8 @@ def _sqlite(url: str, database: str | None) -> Engine:
     try:
         Path(database).parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise StoreError(f"{Path(database).parent}: cannot be made: {one_line(error)}") from error
+        reason = error.strerror or error
+        raise SettingsError(f"{Path(database).parent}: cannot be made ({reason}): give another folder") from error
     engine = create_engine(url, connect_args={"timeout": WAIT_S})
     event.listen(engine, "connect", _prepare_sqlite)
     event.listen(engine, "begin", _begin_sqlite)

@@ -1,0 +1,42 @@
+"""``damper-rig study realtime``: a model at a fixed step, each step against the clock."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from api.cli.options import AsJson
+
+__all__ = ["realtime"]
+
+
+def realtime(
+    model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="A model of any kind.")],
+    *,
+    step: Annotated[float, typer.Option(metavar="S", help="The step, s.")] = 0.001,
+    seconds: Annotated[float, typer.Option(metavar="S", help="Simulated time.")] = 10.0,
+    stroke: Annotated[float, typer.Option(metavar="M", help="Peak of the random motion of 0.5 … 10 Hz.")] = 0.01,
+    current: Annotated[float | None, typer.Option(metavar="A", help="The current; default: mid-training.")] = None,
+    paced: Annotated[
+        bool, typer.Option("--paced", help="Wait for the time of each step, as a loop with hardware does.")
+    ] = False,
+    seed: Annotated[int, typer.Option(help="Of the motion.")] = 1,
+    as_json: AsJson = False,
+) -> None:
+    """Measured time a step, mean and worst, against the step; and what one bad input does to the force.
+
+    Example: damper-rig study realtime passive.json --step 0.001
+    """
+    from api.cli.terminal import answer, progress_bar
+    from identification.models import load_model
+    from identification.studies.realtime import realtime as measured
+    from identification.studies.realtime import realtime_data, realtime_text
+
+    loaded = load_model(model)
+    with progress_bar("stepping") as tell:
+        found = measured(
+            loaded, step, seconds=seconds, stroke_m=stroke, current=current, seed=seed, paced=paced, on_progress=tell
+        )
+    answer(realtime_text(found), realtime_data(found), as_json=as_json)
