@@ -14,20 +14,17 @@ from pathlib import Path
 import pytest
 
 from excitation import plan_from_config
+from tests.shown_lines import ROOT, blocks
 
-ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 GUIDES = (*sorted(DOCS.glob("tutorial-*.md")), *sorted((DOCS / "howto").glob("*.md")))
+PAGES = (ROOT / "README.md", *GUIDES)
+ON_A_SERVICE = ("campaign", "fmu", "http")  # guides whose lines test_service_lines.py runs
 SECONDS = 900.0
-BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LOADED = re.compile(
     r"""<(?:script|img|iframe)[^>]*\ssrc=["']?(https?:)?//|<link[^>]*\srel=["']?(?:stylesheet|preconnect|icon)"""
     r"""["']?[^>]*\shref=["']?(https?:)?//|@import\s+url\(["']?https?:|url\(["']?https?:"""
 )
-
-
-def blocks(page: Path, language: str) -> list[str]:
-    return [text for kind, text in BLOCK.findall(page.read_text(encoding="utf-8")) if kind == language]
 
 
 def commands(page: Path) -> list[list[str]]:
@@ -87,7 +84,9 @@ def test_the_references_of_the_site_are_those_of_the_code(site: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [page for page in GUIDES if commands(page)], ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page", [page for page in GUIDES if commands(page) and page.stem not in ON_A_SERVICE], ids=lambda page: page.stem
+)
 def test_the_commands_of_a_guide_work_one_after_the_other(page: Path, folder: Path) -> None:
     rig, url = None, ""
     try:
@@ -111,8 +110,8 @@ def test_the_commands_of_a_guide_work_one_after_the_other(page: Path, folder: Pa
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [page for page in GUIDES if blocks(page, "python")], ids=lambda page: page.stem)
-def test_the_python_of_a_guide_runs(page: Path, folder: Path) -> None:
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "python")], ids=lambda page: page.stem)
+def test_the_python_of_readme_and_guides_runs(page: Path, folder: Path) -> None:
     does(folder, "-c", "\n".join(blocks(page, "python")))
 
 

@@ -23,6 +23,7 @@ from api.cli.arguments import repeat_options
 from api.cli.main import main
 from api.cli.run import plan_of
 from api.cli.run_formats import read_any, write_any
+from identification.report import read_evidence
 from rigctl.device import RigState
 from rigctl.runfile import Run, read_run, write_run
 from rigctl.transport import Transport
@@ -135,9 +136,9 @@ OUT = ["-o", "out.h5"]
         (["compare", "--runs", "run.h5", "-o", "page.html"], ["MODEL"]),
         (["compare", "model.json", "bad.json", "--runs", "run.h5", "-o", "page.html"], ["bad.json", "magic"]),
         (["compare", "model.json", "--runs", "run.h5", "absent.h5", "-o", "page.html"], ["absent.h5"]),
-        (["compare", "model.json", "--runs", "run.h5", "-o", "absent/page.html"], ["absent", "cannot be written"]),
+        (["compare", "model.json", "--runs", "run.h5", "-o", "absent/page.html"], ["absent", "make it first"]),
         (["compare", "model.json", "--runs", "run.h5", "--fmu-set", "c=1", "-o", "page.html"], ["ends in .fmu"]),
-        (["fit", "model.json", "run.h5", "-o", "absent/out.json"], ["absent", "cannot be written"]),
+        (["fit", "model.json", "run.h5", "-o", "absent/out.json"], ["absent", "make it first"]),
         (["simulate", "absent.fmu", "run.h5", "--tolerance", "0.1", *OUT], ["absent.fmu", "'fmu'", "'physical'"]),
         (["characterise", "run.h5", "-o", "sheet.pdf"], ["sheet.pdf", ".html"]),
         (["characterise", "text.h5", "-o", "sheet.html"], ["text.h5"]),
@@ -151,6 +152,7 @@ OUT = ["-o", "out.h5"]
         (["serve", "--port", "many"], ["--port", "many"]),
         (["serve", "--host", "no.such.host.invalid"], ["no.such.host.invalid"]),
         (["serve", "--database", "mysql://x"], ["mysql", "sqlite:///"]),
+        (["serve", "--data", "/proc/lab"], ["/proc/lab", "cannot be made"]),
         (["demo", "-o", "."], ["not empty"]),
         (["demo", "-o", "new", "--effect", "magic"], ["magic"]),
         (["demo", "-o", "run.h5"], ["run.h5"]),
@@ -204,6 +206,7 @@ def test_every_command_has_help_with_an_example(capsys: pytest.CaptureFixture[st
             "explain",
             "report",
             "compare",
+            "analyse",
             "characterise",
             "convert",
             "serve",
@@ -290,7 +293,16 @@ def test_explain_writes_its_files_and_prints_the_report(
         "report.html",
         "report.json",
     ]
-    assert f"damper-rig {' '.join(arguments[:4])} --held-out" in Path("report/report.html").read_text()
+    page = Path("report/report.html").read_text()
+    assert f"damper-rig {' '.join(arguments[:4])} --held-out" in page
+    sheet = read_evidence(Path("report/evidence.h5")).sheet  # the runs are sines
+    assert sheet is not None
+    assert sorted(sheet.tests.frequency) == [1.0, 2.0, 2.5, 4.0]
+    assert sheet.at_rest.friction == pytest.approx([30.0], abs=3.0)
+    assert "The damper's characteristics" in page
+    assert main(["report", "report"]) == 0
+    assert capsys.readouterr().out == "report/report.html\n"
+    assert Path("report/report.html").read_text() == page
     assert main(["simulate", "report/model.json", runs[3], "-o", "simulated.h5"]) == 0
     assert main(["score", "simulated.h5"]) == 0
     assert json.loads(capsys.readouterr().out.splitlines()[-1])["rms"] < 2.0

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+import shlex
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import damper_rig as dr
 from api.cli.main import main
 from excitation import Excitation, TestPlan, read_excitation, read_plan
 from excitation.plan_files import holds_a_plan
+from tests.shown_lines import ROOT, blocks
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CONFIGURATIONS = sorted(p for p in EXAMPLES.glob("*.toml") if p.read_text().startswith("# damper-rig design "))
@@ -146,3 +150,77 @@ def test_the_keys_of_a_configuration_are_told(words: list[str], capsys: pytest.C
     assert main(["design", "--explain-keys", "--json", *words]) == 0
     told = json.loads(capsys.readouterr().out)
     assert {key["unit"] for key in told["harmonic"] if key["name"] == "peak_velocity"} == {"m/s"}
+
+
+SPOILED = """sample_rate = 500.0
+period_samples = 1000
+realisations = 2
+[displacement]
+f_min = 0.5
+f_max = 20.0
+lines = "odd"
+max_displacement = 0.01
+max_velocity = 0.5
+[current]
+f_min = 0.5
+f_max = 30.0
+lines = "all"
+min = 0.3
+max = 1.2
+"""
+
+
+def test_a_current_on_the_detection_lines_of_the_displacement_is_told_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = tmp_path / "spoiled.toml"
+    config.write_text(SPOILED)
+    words = ["design", "random-phase", str(config), "-o", str(tmp_path / "plan.h5"), "--json"]
+    assert main(words) == 0
+    told = capsys.readouterr()
+    assert "level_1_realisation_1 and 1 more: current excites 19 of the 19 lines" in told.err
+    assert told.err.count("\n") == 1
+    assert json.loads(told.out)["warnings"][0] in told.err
+    config.write_text(SPOILED.replace('"all"', '"odd"'))
+    assert main(words) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_a_notebook_warns_of_it(tmp_path: Path) -> None:
+    config = tmp_path / "spoiled.toml"
+    config.write_text(SPOILED)
+    with pytest.warns(dr.DesignWarning, match="current excites"):
+        dr.design("random-phase", config)
+
+
+def test_what_the_page_of_signals_shows_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(EXAMPLES, tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    page = ROOT / "docs" / "excitation.md"
+    lines = [shlex.split(line)[1:] for block in blocks(page, "sh") for line in block.splitlines()]
+    assert len(lines) >= 5
+    assert [line for line in lines if main(line) != 0] == []
+    for block in blocks(page, "python"):
+        exec(compile(block, page.name, "exec"), {})
+    assert (tmp_path / "sweep.html").stat().st_size > 100_000
+
+
+def test_what_exceeds_the_rig_is_listed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config = tmp_path / "two.toml"
+    config.write_text("sample_rate = 1000.0\n[[series]]\namplitude = [0.01, 0.1]\nfrequency = 1.0\n")
+    words = [
+        "design",
+        "harmonic",
+        str(config),
+        "-o",
+        str(tmp_path / "two.csv"),
+        "--envelope",
+        RIG,
+        "--on-excess",
+        "drop",
+    ]
+    assert main(words) == 0
+    assert "sine_100mm_1Hz: dropped: displacement 0.1 m, the limit is 0.075 m" in capsys.readouterr().out
+    assert main([*words, "--json"]) == 0
+    [change] = json.loads(capsys.readouterr().out)["changes"]
+    assert change.startswith("sine_100mm_1Hz: dropped")

@@ -35,6 +35,12 @@ def test_a_model_is_identified_simulated_scored_and_compared(place: Path, capsys
     assert figures["stable"]
     assert figures["candidates"][0]["regressors"] == ["F1", "F2", "v0", "v1"]
     assert main(["simulate", "n.json", "shown.h5", "-o", "out.h5"]) == 0
+    made = read_run(Path("out.h5")).channels
+    held = (made["force_low"] <= made["force"]) & (made["force"] <= made["force_high"])
+    assert np.mean(held) == pytest.approx(figures["coverage_90_held_out"]["shown.h5"])
+    assert 0.7 < figures["coverage_90_predicted"] < 1.0
+    assert main(["simulate", "n.json", "shown.h5", "--band", "30", "-o", "narrow.h5"]) == 2
+    assert "band of 30 %: it must lie within 50 … 99 %" in capsys.readouterr().err
     capsys.readouterr()
     assert main(["score", "out.h5"]) == 0
     assert json.loads(capsys.readouterr().out)["fit"] == pytest.approx(figures["fit_held_out"]["shown.h5"])
@@ -42,6 +48,25 @@ def test_a_model_is_identified_simulated_scored_and_compared(place: Path, capsys
     assert "fit in free run" in capsys.readouterr().out
     assert main(["compare", "n.json", "a.json", "--runs", "shown.h5", "-o", "page.html"]) == 0
     assert capsys.readouterr().out.splitlines()[1].startswith("n.json")
+
+
+def test_a_search_for_regressors_is_told_drawn_and_kept(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["--select", "--longest", "1", "--nodes", "2", "--search", "search.json", "--page", "search.html"]
+    given = ["identify", "nnoe", "learned.h5", *asked, "-o", "n.json", "--json"]
+    assert main(given) == 0
+    figures = json.loads(capsys.readouterr().out)["search"]
+    assert figures["path"][0]["regressors"] == ["F1", "v1"]
+    assert figures["without_each"]["v"]["rrmsse"] > figures["path"][-1]["rrmsse"]
+    assert "Path of the search" in Path("search.html").read_text()
+    assert json.loads(Path("search.json").read_text())["format"] == "damper-rig/selection"
+    for wrong, message in (
+        (["nnoe", "--search", "search.json"], "--search needs --select"),
+        (["nnoe", "--select", "--regressors", "F1 v0"], "give one of them"),
+        (["polynomial", "--select"], "can be searched for nnoe, narx, mlp, arx"),
+    ):
+        assert main(["identify", wrong[0], "learned.h5", *wrong[1:], "-o", "m.json"]) == 2
+        assert message in capsys.readouterr().err
+    assert not Path("m.json").exists()
 
 
 def test_a_hybrid_builds_on_a_given_model(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -54,7 +79,7 @@ def test_a_hybrid_builds_on_a_given_model(place: Path, capsys: pytest.CaptureFix
     assert main(["compare", "h.json", "base.json", "--runs", "shown.h5", "-o", "page.html"]) == 0
     assert capsys.readouterr().out.splitlines()[1].startswith("h.json")
     assert main(["identify", "arx", "learned.h5", "--base", "base.json", "-o", "a.json"]) == 2
-    assert "--base is for a hybrid only" in capsys.readouterr().err
+    assert "only a hybrid builds on one" in capsys.readouterr().err
 
 
 def test_simulate_says_where_and_how_far_a_run_leaves_the_training(
@@ -73,9 +98,9 @@ def test_simulate_says_where_and_how_far_a_run_leaves_the_training(
 @pytest.mark.parametrize(
     ("words", "parts"),
     [
-        (["spline", "learned.h5"], ["KIND is 'spline'", "nnoe, narx, mlp, arx"]),
+        (["spline", "learned.h5"], ["kind is 'spline'", "nnoe, narx, mlp, arx"]),
         (["arx", "learned.h5", "faster.h5"], ["faster.h5 has 500 Hz", "learned.h5 200 Hz", "--rate"]),
-        (["nnoe", "learned.h5", "--nodes", "4"], ["--nodes needs --regressors"]),
+        (["nnoe", "learned.h5", "--nodes", "4"], ["nodes are stated without regressors"]),
         (["nnoe", "learned.h5", "--regressors", "F1 q0"], ["regressor 'q0'"]),
         (["nnoe", "learned.h5", "--regressors", "F1 F2 v0 v1", "--nodes", "64"], ["samples for 389 weights"]),
         (["arx", "absent.h5"], ["absent.h5"]),

@@ -130,7 +130,7 @@ def test_an_output_that_cannot_be_written_is_said_before_a_file_is_read(tmp_path
         ("folder", None, "a folder where a run file is due"),
     ],
 )
-@pytest.mark.parametrize("command", ["fit", "explain", "characterise", "compare", "simulate"])
+@pytest.mark.parametrize("command", ["fit", "explain", "characterise", "analyse", "compare", "simulate"])
 def test_what_is_no_run_is_said_with_what_makes_one(
     command: str, name: str, content: bytes | None, word: str, tmp_path: Path, capsys: Said
 ) -> None:
@@ -140,6 +140,7 @@ def test_what_is_no_run_is_said_with_what_makes_one(
         "fit": ["fit", model, str(path), "-o", str(tmp_path / "m.json")],
         "explain": ["explain", model, str(path), "-o", str(tmp_path / "report")],
         "characterise": ["characterise", str(path), "-o", str(tmp_path / "s.html")],
+        "analyse": ["analyse", str(path), "-o", str(tmp_path / "a.html")],
         "compare": ["compare", model, "--runs", str(path), "-o", str(tmp_path / "c.html")],
         "simulate": ["simulate", model, str(path), "-o", str(tmp_path / "o.h5")],
     }[command]

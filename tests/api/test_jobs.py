@@ -17,9 +17,12 @@ import pytest
 from api.cli.main import main
 from api.jobs.kinds import KINDS
 from api.jobs.process import JobProcess
+from identification.physical.modelfile import model_to_json
 from rigctl.runfile import write_run
 from tests.api.following import get, reached
 from tests.api.measured import MODEL, NAMES, a_run, sent
+from tests.identification.maxwell_runs import VARIED, maxwell, sine_runs
+from tests.identification.multisine_runs import multisine_run
 
 FIGURES = ("kind", "parameters", "free_parameters", "rms", "rrmsse", "fit", "eearth")  # all but the cost, which varies
 
@@ -74,6 +77,33 @@ def test_a_sheet_is_that_of_the_command_line(
     assert all(name in page.text for name in NAMES)
 
 
+def test_an_analysis_is_that_of_the_command_line(
+    base: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "multisine.h5"
+    write_run(path, multisine_run())
+    job = done(base, {"kind": "analyse", "runs": [sent(base, path)]})
+    assert set(job["files"]) == {"analysis.html", "analysis.json"}
+    assert main(["analyse", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["force"] == job["result"]["force"]
+    sine = {"kind": "analyse", "runs": [sent(base, path), sent(base, folder / NAMES[0])]}
+    assert submit(base, sine).status_code == 422
+
+
+def test_an_exploration_is_a_job_with_a_page_and_its_figures(base: str, tmp_path: Path) -> None:
+    runs = []
+    for k, run in enumerate(sine_runs(maxwell())):
+        write_run(tmp_path / f"{k}.h5", run)
+        runs.append(sent(base, tmp_path / f"{k}.h5"))
+    study = {"samples": 16, "points": 200, "vary": list(VARIED)}
+    body = {"kind": "explore", "model": model_to_json(maxwell()), "study": study, "runs": runs}
+    job = done(base, body)
+    assert job["result"]["samples"] == 16
+    assert get(base, job["files"]["exploration.json"])["feasible"] == job["result"]["feasible"]
+    nothing = submit(base, {**body, "study": {"vary": ["nothing.k"]}})
+    assert (nothing.status_code, "has no parameter 'nothing.k'" in nothing.text) == (422, True)
+
+
 def test_a_comparison_is_that_of_the_command_line(
     base: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -115,9 +145,9 @@ def test_an_explanation_can_be_seen_and_cancelled_as_a_job(base: str, folder: Pa
 @pytest.mark.parametrize(
     ("body", "status", "words"),
     [
-        ({"runs": ["x"]}, 422, ["kind is missing", "explain, fit, characterise, compare"]),
-        ({"kind": "export", "runs": ["x"]}, 422, ["kind is 'export'", "explain, fit, characterise, compare"]),
-        ({"kind": 7}, 422, ["kind is", "explain, fit, characterise, compare"]),
+        ({"runs": ["x"]}, 422, ["kind is missing", "explain, fit, characterise, compare, identify"]),
+        ({"kind": "export", "runs": ["x"]}, 422, ["kind is 'export'", "explain, fit, characterise, compare, identify"]),
+        ({"kind": 7}, 422, ["kind is", "explain, fit, characterise, compare, identify"]),
         ({"kind": "fit", "runs": ["x"]}, 422, ["model is missing"]),
         ({"kind": "fit", "model": MODEL, "runs": []}, 422, ["at least one measured run"]),
         ({"kind": "fit", "model": MODEL, "runs": ["nobody"]}, 404, ["nobody"]),
@@ -132,6 +162,9 @@ def test_an_explanation_can_be_seen_and_cancelled_as_a_job(base: str, folder: Pa
         ({"kind": "compare", "models": [MODEL, {**MODEL, "kind": "fmu"}], "runs": ["x"]}, 422, ["models.1: kind is"]),
         ({"kind": "compare", "models": [MODEL], "runs": ["nobody"]}, 404, ["nobody"]),
         ({"kind": "compare", "models": [MODEL]}, 422, ["at least one measured run"]),
+        ({"kind": "explore", "model": MODEL, "study": {"samples": 0}, "runs": ["x"]}, 422, ["samples is 0"]),
+        ({"kind": "sensitivity", "model": MODEL, "study": {"level": 2}, "runs": ["x"]}, 422, ["level", "levels"]),
+        ({"kind": "complexity", "model": MODEL, "plan": {"step": []}, "runs": ["x"]}, 422, ["no step"]),
     ],
 )
 def test_a_wrong_request_is_refused_in_one_line(base: str, body: dict[str, Any], status: int, words: list[str]) -> None:

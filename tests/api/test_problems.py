@@ -133,7 +133,9 @@ def test_a_test_cannot_name_a_file_of_the_service(client: httpx.Client, body: di
     band = {"f_min": 1.0, "f_max": 5.0, "max_displacement": 0.01, "max_velocity": 0.1}
     design = {"kind": "multisine", "sample_rate": 1000.0, "period_samples": 1000}
     named = {"name": "n", **design, "displacement": {**band, "spectrum": {"record": "/etc/hostname"}}}
-    for wrong in ({"tests": [named]}, {"warm_up": named}):
+    bounds = {"max_displacement": 0.01, "max_velocity": 0.1}
+    replayed = {"name": "r", "kind": "replay", "record": "/etc/hostname", "bounds": bounds}
+    for wrong in ({"tests": [named]}, {"warm_up": named}, {"tests": [replayed]}, {"warm_up": replayed}):
         answer = problem(client.post("/v1/campaigns", json={**body, **wrong}), 422)
         assert "upload the file" in answer["detail"]
 

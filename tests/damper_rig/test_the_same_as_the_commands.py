@@ -83,6 +83,32 @@ def test_a_simulation(laboratory: Path, tmp_path: Path) -> None:
         )
 
 
+def test_a_score(laboratory: Path, tmp_path: Path, capsys: Said) -> None:
+    file, out = laboratory / NAMES[0], tmp_path / "out.h5"
+    assert main(["simulate", str(laboratory / "model.json"), str(file), "-o", str(out)]) == 0
+    capsys.readouterr()
+    told = said(capsys, "score", out)
+    found = dr.score(dr.simulate(laboratory / "model.json", dr.load(file)))
+    assert told == as_json(found.data())[NAMES[0]]
+    assert repr(found).startswith(f"{NAMES[0]}: rms ")
+    assert "<table>" in found._repr_html_()
+
+
+def test_a_black_box(laboratory: Path, tmp_path: Path, capsys: Said) -> None:
+    files, shown = [laboratory / name for name in NAMES[:2]], laboratory / NAMES[2]
+    words = ("--held-out", shown, "--regressors", "F1 v0 v1", "--rate", "100", "-o", tmp_path / "arx.json")
+    told = said(capsys, "identify", "arx", *files, *words)
+    found = dr.identify(
+        "arx", dr.load(*files), held_out=dr.load(shown), regressors=["F1 v0 v1"], rate_hz=100.0, name="arx"
+    )
+    assert told == {"file": str(tmp_path / "arx.json"), **as_json(found.data())}
+    assert found.save(tmp_path / "again.json").read_bytes() == (tmp_path / "arx.json").read_bytes()
+    assert "by cross-validation" in repr(found)
+    assert "<table>" in found._repr_html_()
+    with pytest.raises(ValueError, match="nodes are stated without regressors"):
+        dr.identify("nnoe", dr.load(*files), nodes=4)
+
+
 def test_a_design(tmp_path: Path) -> None:
     config = ROOT / "examples" / "first_run.toml"
     assert main(["design", "random-phase", str(config), "-o", str(tmp_path / "command.csv")]) == 0

@@ -23,6 +23,8 @@ whole = [
     base | dict(kind="multisine", phases="crest", period_samples=256),
     base | dict(kind="homogenised", homogenise=dict(method="duym", iterations=40)),
     base | dict(kind="homogenised", homogenise=dict(iterations=60)),
+    base | dict(kind="homogenised", homogenise=dict(variables=["displacement", "velocity"], iterations=40),
+                response=dict(displacement=dict(bandwidth=40.0, order=2))),
 ]
 digest = hashlib.sha256()
 for config in whole:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -15,10 +16,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from excitation.design import remake
+from excitation.envelope import Envelope, check
 from excitation.errors import DesignError, ExcitationError, ExcitationFileError
 from excitation.files import READABLE, WRITABLE, read_excitation, write_excitation
 from excitation.kinds import Kind
+from excitation.plan import Test
 from excitation.portable_math import uniform
+from excitation.rig import Control, MotionLimits
 from excitation.rpc3 import Channel, TimeHistory, read_rpc3, write_rpc3
 from excitation.signal import Excitation
 from excitation.synthesis import excitation_from_config
@@ -320,3 +324,94 @@ def _damaged(content: bytes, data: st.DataObject, flips: int) -> bytes:
     for _ in range(data.draw(st.integers(0, flips))):
         changed[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
     return bytes(changed[: data.draw(st.integers(0, len(content)))]) if data.draw(st.booleans()) else bytes(changed)
+
+
+def rpc3_padded(path: Path, samples: int, pad: str, more: dict[str, str] | None = None) -> NDArray[np.float64]:
+    """One channel of ``samples`` points of a sine of 1.2 mm, as another program writes it, to whole frames of 256."""
+    raw = np.rint(20_000 * np.cos(2 * np.pi * np.arange(samples) / 100)).astype(int)
+    frames = -(-samples // 256)
+    fill = np.full(frames * 256 - samples, raw[-1] if pad == "held" else 0)
+    keys = {
+        "FORMAT": "BINARY_IEEE_LITTLE_END", "NUM_HEADER_BLOCKS": "5", "NUM_PARAMS": "14", "FILE_TYPE": "TIME_HISTORY",
+        "TIME_TYPE": "DRIVE", "DELTA_T": "1.0E-03", "CHANNELS": "1", "PTS_PER_FRAME": "256", "PTS_PER_GROUP": "256",
+        "FRAMES": str(frames), "DATA_TYPE": "SHORT_INTEGER", "INT_FULL_SCALE": "32768", "UNITS.CHAN_1": "mm",
+        "SCALE.CHAN_1": "6.0E-05", **(more or {}),
+    }  # fmt: skip
+    header = b"".join(k.encode().ljust(32, b"\0") + v.encode().ljust(96, b"\0") for k, v in keys.items())
+    path.write_bytes(header.ljust(5 * 512, b"\0") + np.concatenate([raw, fill]).astype("<i2").tobytes())
+    return 6e-8 * raw
+
+
+@pytest.mark.parametrize("pad", ["zero", "held"])
+@pytest.mark.parametrize("samples", [1000, 1001, 930])
+def test_the_padding_of_the_last_frame_is_not_played(samples: int, pad: str, tmp_path: Path) -> None:
+    meant = rpc3_padded(tmp_path / "x.drv", samples, pad)
+    read = read_excitation(tmp_path / "x.drv")
+    np.testing.assert_allclose(read.displacement_m, meant, atol=1e-15)
+    assert read.figures["padding_left_out"] == 1024 - samples
+
+
+def test_a_last_frame_that_is_full_or_rests_at_zero_without_a_step_loses_no_motion(tmp_path: Path) -> None:
+    meant = rpc3_padded(tmp_path / "x.drv", 1024, "zero")
+    np.testing.assert_allclose(read_excitation(tmp_path / "x.drv").displacement_m, meant, atol=1e-15)
+    meant = rpc3_padded(tmp_path / "x.drv", 926, "zero")  # ends where the sine passes zero
+    read = read_excitation(tmp_path / "x.drv")
+    assert np.abs(np.diff(read.displacement_m)).max() <= np.abs(np.diff(meant)).max() * 1.01
+
+
+@pytest.mark.parametrize("keyword", ["SAMPLES", "ACME.SAMPLES", "NUM_SAMPLES", "acme.Total_Samples"])
+def test_the_samples_that_another_writer_states_are_all(keyword: str, tmp_path: Path) -> None:
+    meant = rpc3_padded(tmp_path / "x.drv", 1000, "zero", {keyword: "1000"})
+    np.testing.assert_allclose(read_excitation(tmp_path / "x.drv").displacement_m, meant, atol=1e-15)
+    rpc3_padded(tmp_path / "x.drv", 1000, "zero", {keyword: "2000"})
+    with pytest.raises(ExcitationFileError, match="'2000': the data hold 1024 samples"):
+        read_excitation(tmp_path / "x.drv")
+
+
+@pytest.mark.parametrize(
+    ("full_scale", "limit", "factor"),
+    [(32752, 1.2, 1.0), (32752, 1.2 * 32752 / 32768, 32752 / 32768), (32752, 5.0, 32752 / 32768), (32768, 5.0, 1.0)],
+)
+def test_both_conventions_of_full_scale_are_told_apart_by_the_limits(
+    full_scale: int, limit: float, factor: float, tmp_path: Path
+) -> None:
+    more = {"INT_FULL_SCALE": str(full_scale), "LOWER_LIMIT.CHAN_1": str(-limit), "UPPER_LIMIT.CHAN_1": str(limit)}
+    meant = rpc3_padded(tmp_path / "x.drv", 1024, "zero", more)
+    read = read_excitation(tmp_path / "x.drv")
+    np.testing.assert_allclose(read.displacement_m, factor * meant, rtol=1e-12, atol=1e-18)
+    assert ("scaling" in read.figures) == (full_scale != 32768)
+
+
+@pytest.mark.parametrize(("keyword", "value"), [("FORMAT", "ASCII"), ("FILE_TYPE", "HISTOGRAM")])
+def test_what_is_no_binary_time_history_is_refused(keyword: str, value: str, tmp_path: Path) -> None:
+    rpc3_padded(tmp_path / "x.drv", 1000, "zero", {keyword: value})
+    with pytest.raises(ExcitationFileError, match=f"{keyword} is '{value}'.*can be read"):
+        read_excitation(tmp_path / "x.drv")
+
+
+@pytest.mark.parametrize("ending", [".drv", ".rsp"])
+def test_a_file_of_ours_in_16_bits_fits_the_rig_that_its_design_fits(ending: str, tmp_path: Path) -> None:
+    limits = MotionLimits(
+        max_displacement_m=0.021, max_velocity_m_s=0.41, max_acceleration_m_s2=43.0, bandwidth_hz=25.0
+    )
+    rig = Envelope(motion=limits, control=Control(min_current_a=0.2, max_current_a=1.1))
+    check(Test(name="made", excitation=made()), rig)
+    write_excitation(tmp_path / f"x{ending}", made())
+    read = read_excitation(tmp_path / f"x{ending}")
+    check(Test(name="read", excitation=read), rig)
+    assert read.displacement_m.tobytes() == made().displacement_m.tobytes()
+
+
+def test_samples_that_another_program_changed_are_those_that_are_read(tmp_path: Path) -> None:
+    changed = replace(made(), displacement_m=1.001 * made().displacement_m)
+    write_excitation(tmp_path / "x.drv", changed)
+    read = read_excitation(tmp_path / "x.drv")
+    np.testing.assert_allclose(read.displacement_m, changed.displacement_m, atol=1e-6)
+
+
+def test_a_csv_that_was_cut_off_is_refused(tmp_path: Path) -> None:
+    write_excitation(tmp_path / "x.csv", made())
+    lines = (tmp_path / "x.csv").read_text().splitlines(keepends=True)
+    (tmp_path / "x.csv").write_text("".join(lines[:-300]))
+    with pytest.raises(ExcitationFileError, match="1100 samples: line 2 says samples = 1400"):
+        read_excitation(tmp_path / "x.csv")

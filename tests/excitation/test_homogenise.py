@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from excitation.coverage import coverage
-from excitation.direct import Axis, SoftLimit, _Problem, optimise_phases
+from excitation.coverage_cost import Axis, CoverageCost, SoftLimit, plain_modes
+from excitation.direct import optimise_phases
 from excitation.homogenise import homogenised
 from excitation.lbfgs import minimise
 from excitation.multisine import Period, as_excitation, random_phase
@@ -126,7 +127,7 @@ def test_the_gradient_is_that_of_the_value(samples: int, seed: int, three: bool)
     axes, soft = axes_of(tones)
     if three:
         axes = [*axes, replace(axes[0], offset_turns=0.0)]
-    problem = _Problem(tones, axes, soft, 8, 1)
+    problem = CoverageCost(tones, axes, soft, plain_modes(8, len(axes)), 1, 1000.0 if three else 30.0)
     phases = np.concatenate([t.phase_turns for t in tones])
     _, gradient = problem.value_and_gradient(phases)
     along = uniform((seed, 77), phases.size) - 0.5

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -57,7 +58,7 @@ STEPS: dict[str, Any] = {
 REFUSED: list[tuple[str, dict[str, Any], dict[str, Any], str]] = [
     ("no name", MULTISINE, {"name": None}, "name is missing"),
     ("empty name", MULTISINE, {"name": " "}, "printable name"),
-    ("kind", MULTISINE, {"kind": "noise"}, "kind is 'noise': it must be one of"),
+    ("kind", MULTISINE, {"kind": "music"}, "kind is 'music': it must be one of"),
     ("misspelt", MULTISINE, {"sampel_rate": 1.0}, "sampel_rate = 1.0 is not a known key: known are sample_rate"),
     (
         "misspelt below",
@@ -476,8 +477,8 @@ def test_every_order_plays_every_test_once_and_blocks_span_the_severities(
         parts = np.split(severity, np.cumsum(sizes)[:-1])
         ordered = np.sort(severity)
         for part in parts:  # each block holds one of the gentlest and one of the most severe
-            assert part.min() <= ordered[blocks - 1] * (1 + 2e-2)
-            assert part.max() >= ordered[-blocks] * (1 - 2e-2)
+            assert part.min() <= ordered[blocks - 1] * (1 + 6e-2)
+            assert part.max() >= ordered[-blocks] * (1 - 6e-2)
 
 
 @settings(max_examples=15, deadline=None)
@@ -580,3 +581,55 @@ def test_every_exported_name_exists() -> None:
     for name in excitation.__all__:
         assert hasattr(excitation, name)
     assert excitation.__all__ == sorted(excitation.__all__)
+
+
+def test_a_plan_holds_designs_and_no_samples_however_long_its_tests_are() -> None:
+    slow = [{**SINE, "name": f"slow {n}", "frequency": 0.002 * n, "cycles": n} for n in range(1, 13)]
+    long = [{**MULTISINE, "name": f"long {n}", "periods": 500, "seed": n} for n in range(3)]
+    plan_from_config({"tests": [slow[-1], long[0]]})  # what is imported once
+    tracemalloc.start()
+    try:
+        plan = plan_from_config({"tests": [*slow, *long]})
+        kept = tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+    samples = sum(test.excitation.samples for test in plan.tests)
+    assert samples > 7_000_000
+    assert kept < 0.2e6
+    assert plan.tests[0].excitation.displacement_m.size == plan.tests[0].excitation.samples
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0.002, 0.05), st.floats(0.05, 1.2), st.sampled_from(["sine", "triangle"]))
+def test_a_plan_keeps_the_peak_velocity_and_plays_three_periods_or_more(
+    amplitude: float, velocity: float, wave_form: str
+) -> None:
+    config = {"sample_rate": 1000.0, "wave_form": wave_form, "cycles": 3, "settling_cycles": 1}
+    frequency = velocity / amplitude / (4.0 if wave_form == "triangle" else 2.0 * np.pi)
+    if frequency > 40.0:
+        return
+    [test] = harmonic_plan({**config, "series": [{"amplitude": amplitude, "peak_velocity": velocity}]}).tests
+    share = float(str(test.excitation.design["frequency"])) / frequency
+    assert 1 - 5e-3 <= share <= 1 + 1e-9
+    assert test.excitation.samples >= 3 * test.excitation.period_samples
+
+
+def test_a_plan_that_was_read_with_its_samples_keeps_none_where_its_design_makes_them(tmp_path: Path) -> None:
+    slow = [{**SINE, "name": f"slow {n}", "frequency": 0.01 * n, "cycles": n} for n in range(1, 6)]
+    plan = plan_from_config({"tests": [*slow, {**MULTISINE, "kind": "multisine", "periods": 50}]})
+    changed = replace(plan.tests[0].excitation, displacement_m=0.5 * plan.tests[0].excitation.displacement_m)
+    write_plan(tmp_path / "plan.h5", plan)
+    read_plan(tmp_path / "plan.h5")  # what is imported once
+    tracemalloc.start()
+    try:
+        read = read_plan(tmp_path / "plan.h5")
+        kept = tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+    assert kept < 0.3e6 < sum(test.excitation.displacement_m.nbytes for test in read.tests) / 10
+    for one, other in zip(read.tests, plan.tests, strict=True):
+        assert one.excitation.displacement_m.tobytes() == other.excitation.displacement_m.tobytes()
+        assert one.excitation.figures == other.excitation.figures
+    write_plan(tmp_path / "other.h5", replace(plan, tests=(replace(plan.tests[0], excitation=changed),)))
+    [test] = read_plan(tmp_path / "other.h5").tests
+    assert test.excitation.displacement_m.tobytes() == changed.displacement_m.tobytes()

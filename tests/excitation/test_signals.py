@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import pickle
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from excitation.errors import DesignError
 from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec, sine, steps, triangle
+from excitation.kinds import Kind
 from excitation.lines import band_lines, excited_lines
 from excitation.multisine import as_excitation, random_phase
 from excitation.multisine_spec import CurrentSpec, DisplacementSpec, MultisineSpec
@@ -121,8 +126,6 @@ def test_derivatives_are_those_of_the_lines(spec: MultisineSpec) -> None:
 @quick
 @given(multisines(), st.integers(0, 1000))
 def test_realisations_share_amplitudes_and_lines_and_differ_in_phases(spec: MultisineSpec, seed: int) -> None:
-    from dataclasses import replace
-
     one = random_phase(replace(spec, seed=seed, realisation=0)).displacement
     other = random_phase(replace(spec, seed=seed, realisation=1)).displacement
     assert np.array_equal(one.lines, other.lines)
@@ -152,7 +155,7 @@ amplitudes = st.floats(1e-4, 0.2)
 
 @quick
 @given(frequencies, amplitudes, st.integers(1, 5), st.integers(0, 3))
-def test_a_sine_has_whole_samples_per_period_at_the_nearest_frequency(
+def test_cycles_of_a_sine_take_whole_samples_at_most_at_the_frequency_that_is_asked_for(
     frequency: float, amplitude: float, cycles: int, settling: int
 ) -> None:
     made = sine(
@@ -164,13 +167,37 @@ def test_a_sine_has_whole_samples_per_period_at_the_nearest_frequency(
             settling_cycles=settling,
         )
     )
-    period = made.period_samples
-    realised = made.design["frequency"]
-    assert realised == 1000.0 / period
-    assert abs(realised - frequency) <= min(abs(1000.0 / n - frequency) for n in (period - 1, period + 1)) + 1e-12
-    assert made.samples == period * (cycles + settling)
+    realised = float(str(made.design["frequency"]))
+    in_a_period = realised * made.period_samples / 1000.0
+    assert in_a_period == pytest.approx(round(in_a_period), abs=1e-9)
+    assert 1 <= round(in_a_period) <= max(1, (cycles + settling) // 3)
+    assert frequency * (1 - frequency / 1000.0) <= realised <= frequency * (1 + 1e-9)
+    assert -1e-6 <= made.samples - (cycles + settling) * 1000.0 / realised < 1
     assert np.abs(made.displacement_m).max() <= amplitude
-    assert abs(made.displacement_m.mean()) < 1e-12
+    assert abs(made.displacement_m[-made.period_samples :].mean()) < 1e-12
+    again = excitation_from_config(made.design)
+    assert again.design == made.design
+    assert again.displacement_m.tobytes() == made.displacement_m.tobytes()
+
+
+@quick
+@given(st.floats(0.05, 60.0), st.floats(1e-4, 0.2))
+def test_the_speed_of_thirty_cycles_is_within_a_fifth_of_a_percent_or_nearest_to_it(
+    frequency: float, amplitude: float
+) -> None:
+    made = sine(
+        SineSpec(sample_rate_hz=1000.0, amplitude_m=amplitude, frequency_hz=frequency, cycles=29, settling_cycles=1)
+    )
+    best = max(n * 1000.0 / np.ceil(n * 1000.0 / frequency * (1 - 1e-12)) for n in range(1, 11)) / frequency
+    share = np.abs(made.velocity_m_s).max() / (2 * np.pi * frequency * amplitude)
+    assert share <= 1 + 1e-9
+    assert share >= min(best, 1 - 2e-3) * np.cos(np.pi * frequency / 1000.0) - 1e-9  # the peak lies between samples
+    assert made.samples >= 3 * made.period_samples or made.design["frequency"] == 1000.0 / made.period_samples
+
+
+def test_thirty_hertz_at_a_kilohertz_are_thirty_hertz() -> None:
+    made = sine(SineSpec(sample_rate_hz=1000.0, amplitude_m=0.01, frequency_hz=30.0, cycles=11))
+    assert (made.design["frequency"], made.period_samples, made.samples) == (30.0, 100, 367)
 
 
 @quick
@@ -185,11 +212,13 @@ def test_a_triangle_reaches_its_amplitude_at_constant_speed(frequency: float, am
         corner_time_s=corner * 0.9 / frequency,
     )
     made = triangle(spec)
-    period = made.displacement_m[: made.period_samples]
-    assert period.max() == pytest.approx(amplitude)
-    assert period.min() == pytest.approx(-amplitude)
-    realised_corner = spec.corner_time_s * 1000.0 / made.period_samples
-    speed = 4 * amplitude * 1000.0 / made.period_samples / (1 - realised_corner)
+    period, realised = made.displacement_m[: made.period_samples], float(str(made.design["frequency"]))
+    assert realised <= frequency * (1 + 1e-9)
+    realised_corner = spec.corner_time_s * realised
+    speed = 4 * amplitude * realised / (1 - realised_corner)
+    between = 0.0 if realised * made.period_samples < 1001.0 else speed / 2000.0  # a turning point between samples
+    assert amplitude - between - 1e-9 <= period.max() <= amplitude * (1 + 1e-9)
+    assert amplitude - between - 1e-9 <= -period.min() <= amplitude * (1 + 1e-9)
     assert np.abs(np.diff(period)).max() * 1000.0 <= speed * (1 + 1e-9)
 
 
@@ -218,3 +247,43 @@ def test_current_steps_visit_every_level_and_always_change(levels: list[float], 
     assert set(sequence) == set(levels)
     assert (np.diff(sequence) != 0).all()
     assert np.array_equal(made.current_a[made.period_samples :], made.current_a[: made.period_samples])
+
+
+def test_samples_made_on_demand_are_the_same_each_time_and_are_not_kept() -> None:
+    made = sine(SineSpec(sample_rate_hz=500.0, amplitude_m=0.01, frequency_hz=7.0, cycles=9, current_a=0.5))
+    assert made.displacement_m is not made.displacement_m
+    assert made.displacement_m.tobytes() == made.held().displacement_m.tobytes()
+    assert made.held().displacement_m.flags.writeable is False
+    assert pickle.loads(pickle.dumps(made)).displacement_m.tobytes() == made.displacement_m.tobytes()
+    assert replace(made, sample_rate_hz=250.0).duration_s == 2 * made.duration_s
+
+
+@quick
+@given(multisines())
+def test_an_excitation_has_the_time_the_velocity_and_the_acceleration_of_each_sample(spec: MultisineSpec) -> None:
+    made = as_excitation(spec, random_phase(spec), "multisine")
+    period = random_phase(spec)
+    assert made.time_s[-1] == pytest.approx((made.samples - 1) / 500.0)
+    expected = np.tile(period.velocity_m_s, spec.periods)
+    np.testing.assert_allclose(made.velocity_m_s, expected, atol=1e-9 * np.abs(expected).max())
+    expected = np.tile(period.acceleration_m_s2, spec.periods)
+    np.testing.assert_allclose(made.acceleration_m_s2, expected, atol=1e-8 * np.abs(expected).max())
+
+
+def test_the_velocity_of_a_signal_that_ends_within_a_period_is_that_of_its_own_samples() -> None:
+    made = sine(SineSpec(sample_rate_hz=1000.0, amplitude_m=0.01, frequency_hz=30.0, cycles=11))
+    expected = 0.01 * 2 * np.pi * 30.0 * np.cos(2 * np.pi * 30.0 * made.time_s)
+    np.testing.assert_allclose(made.velocity_m_s, expected, atol=1e-9)
+
+
+def test_an_excitation_shows_itself_in_one_short_line_and_as_a_plot() -> None:
+    made = sine(SineSpec(sample_rate_hz=1000.0, amplitude_m=0.01, frequency_hz=2.0, cycles=3, current_a=0.5))
+    assert repr(made) == "<sine excitation: 1500 samples at 1000 Hz, 1.5 s, period 500, with current>"
+    assert len(made.plot().data) == 4
+
+
+def test_a_kind_that_no_file_knows_is_refused() -> None:
+    made = sine(SineSpec(sample_rate_hz=1000.0, amplitude_m=0.01, frequency_hz=2.0, cycles=3))
+    assert replace(made, kind="triangle").kind is Kind.TRIANGLE  # type: ignore[arg-type]
+    with pytest.raises(DesignError, match="kind is 'noise': it must be one of"):
+        replace(made, kind="noise")  # type: ignore[arg-type]

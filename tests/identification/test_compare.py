@@ -98,7 +98,7 @@ def test_the_data_is_json_of_finite_numbers_with_a_row_for_every_model(found: Co
     assert data["models"][0]["training_range"] == "not stated"
     assert data["models"][3]["runs"][0] | {"outside_training": {}} == {
         "run": "none-3-2", "rms": None, "rrmsse": None, "fit": None, "eearth": None, "cost_ns_per_sample": None,
-        "outside_training": {}, "failure": "too fast for <me>",
+        "coverage_90": None, "outside_training": {}, "failure": "too fast for <me>",
     }  # fmt: skip
 
 

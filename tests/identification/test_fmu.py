@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
-import subprocess
-import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,55 +20,12 @@ from identification.models import simulate_run
 from identification.physical.model import Model, element
 from identification.physical.modelfile import write_model
 from rigctl.runfile import Run, read_run, write_run
-from tests.conftest import missing
-
-SOURCE = Path(__file__).parent / "damper_fmu.c"
-UNITS = """<UnitDefinitions><Unit name="mm"><BaseUnit m="1" factor="0.001"/></Unit>
-<Unit name="m/s"><BaseUnit m="1" s="-1"/></Unit><Unit name="mA"><BaseUnit A="1" factor="0.001"/></Unit>
-<Unit name="kN"><BaseUnit kg="1" m="1" s="-2" factor="1000"/></Unit></UnitDefinitions>"""
-INPUTS = (("stroke", "mm"), ("rate", "m/s"), ("coil", "mA"))
-PARAMETERS = ("c", "c_i", "lag", "fails_at", "how")
-STARTS = (650.0, 0.0, 0.0, 1e300, 0.0)
-
-
-def variables(force: str) -> str:
-    lines = [
-        f'<ScalarVariable name="{name}" valueReference="{k}" causality="input"><Real unit="{unit}" start="0"/>'
-        for k, (name, unit) in enumerate(INPUTS)
-    ]
-    lines += [
-        f'<ScalarVariable name="{name}" valueReference="{k}" causality="parameter" variability="fixed">'
-        f'<Real start="{start}"/>'
-        for k, (name, start) in enumerate(zip(PARAMETERS, STARTS, strict=True), start=3)
-    ]
-    lines.append(f'<ScalarVariable name="{force}" valueReference="8" causality="output"><Real unit="kN"/>')
-    return "".join(f"{line}</ScalarVariable>" for line in lines)
-
-
-def description(force: str) -> str:
-    output = '<Outputs><Unknown index="9"/></Outputs><InitialUnknowns><Unknown index="9"/></InitialUnknowns>'
-    return f"""<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="damper" guid="a damper">
-<CoSimulation modelIdentifier="damper" canHandleVariableCommunicationStepSize="true"/>{UNITS}
-<ModelVariables>{variables(force)}</ModelVariables><ModelStructure>{output}</ModelStructure></fmiModelDescription>"""
-
-
-def packed(path: Path, library: Path, *, force: str = "axial", platform: str = fmpy.platform) -> Path:
-    with zipfile.ZipFile(path, "w") as file:
-        file.writestr("modelDescription.xml", description(force))
-        extension = fmpy.sharedLibraryExtension if platform == fmpy.platform else ".dll"
-        file.write(library, f"binaries/{platform}/damper{extension}")
-    return path
+from tests.identification.packed_fmu import compiled, packed
 
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    compiler = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
-    if compiler is None:
-        missing("no C compiler: put gcc on the PATH")
-    built = tmp_path_factory.mktemp("built") / "damper.so"
-    subprocess.run([str(compiler), "-shared", "-fPIC", "-O1", "-w", str(SOURCE), "-o", str(built), "-lm"], check=True)
-    return built
+    return compiled(tmp_path_factory.mktemp("built"))
 
 
 @pytest.fixture(scope="module")

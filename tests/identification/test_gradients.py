@@ -15,10 +15,10 @@ from tests.identification.motions import motion
 Floats = NDArray[np.float64]
 
 # What bends or jumps moves its bend with the parameter: there a sample's derivative is one side's, or none.
-BENT = {"relief_valve": 1e-5, "piecewise_linear_damping": 1e-5, "end_stop": 1e-5, "free_play": 5e-2,
+BENT = {"relief_valve": 1e-5, "piecewise_linear_damping": 1e-5, "end_stop": 1e-5, "cavitation": 1e-5, "free_play": 5e-2,
         "control_delay": 2e-2, "control_hysteresis": 1e-3, "force_delay": 2e-2}  # fmt: skip
 BASE = (element("valve_damping", TYPICAL["valve_damping"]), element("coulomb_friction", {"f_c": 40, "w_r": 0.01}))
-ALONE = ("relaxing_compliance", "series_dashpot", "series_compliance", "free_play")
+ALONE = ("relaxing_compliance", "series_dashpot", "series_compliance", "free_play", "aerated_oil", "rubber_bush")
 
 
 def test_every_element_has_a_typical_value() -> None:

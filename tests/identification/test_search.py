@@ -11,7 +11,7 @@ from identification.discrepancy.excess import excess_of, material_excess, signif
 from identification.discrepancy.naming import Search
 from identification.discrepancy.trials import Trial
 from identification.fitting.leastsquares import fit_records
-from identification.physical.model import Element
+from identification.physical.model import Element, element
 from identification.record import Record
 from tests.identification.specimens import AS_SIMULATED as BASE
 from tests.identification.specimens import records_with
@@ -90,6 +90,22 @@ def test_a_trial_that_sticks_says_nothing_against_a_name_that_fits() -> None:
     own = [t for t in again.compared["moving_mass"].rivals if t.name == "moving_mass"]
     assert [t.excess for t in own] == [state.excess]
     assert min(again.compared["moving_mass"].rivals, key=lambda t: t.excess) is own[0]
+
+
+@pytest.mark.parametrize("beside", ["presliding_friction", "linear_stiffness"])
+def test_a_dry_friction_takes_the_place_of_a_name_only_where_no_other_one_is_named(beside: str) -> None:
+    records = records_with("two_frictions")[:2]
+    loop = element("bouc_wen", {"alpha": 1e3, "A": 1.0, "n": 1.0, "beta": 1e3, "gamma": 1e3})
+    values = {"presliding_friction": {"sigma": 1e5, "f_c": 20.0}, "linear_stiffness": {"k": 500.0}}[beside]
+    fit = fit_records(BASE.with_element(loop).with_element(element(beside, values)), records)
+    compared = naming.Compared(without=fit, start=fit, beside=(beside,), rivals=())
+    state = Search(
+        fit=fit, names=(beside, "bouc_wen"), excess=excess_of(fit), given=BASE, compared={"bouc_wen": compared}
+    )
+    again = naming.repeat_trials(state, "bouc_wen", records)
+    tried = {t.name for one in again.compared.values() for t in one.rivals} | set(again.names)
+    frictions = {"coulomb_friction", "stribeck_friction", "lugre_friction"}
+    assert bool(tried & frictions) is (beside == "linear_stiffness")
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,13 @@ import pytest
 
 from identification.blackbox.network import network
 from identification.blackbox.preparation import course_of
+from identification.blackbox.promise import gains, inherited, losses
 from identification.blackbox.samples import Course, samples_of
-from identification.blackbox.selection import Known, Step, Tried, candidates, inherited, select, without_each
+from identification.blackbox.search import Offer, search
+from identification.blackbox.search_page import search_html
+from identification.blackbox.selection import Known, Step, candidates, select, without_each
 from identification.blackbox.selectionfile import read_selection, write_selection
+from identification.blackbox.share import fair_share
 from identification.blackbox.structure import Structure, regressors
 from identification.blackbox.training import scales_of
 from identification.errors import DataError
@@ -90,9 +94,7 @@ def test_a_structure_that_grew_begins_as_good_as_its_parent(course: Course) -> N
     weights = 0.2 * np.random.default_rng(1).standard_normal(parent_of.size)
     grown = parent_of.with_regressor(regressors("v0")[0])
     old = network(parent_of, scales).simulate(weights, samples_of([course], parent_of, scales))
-    new = network(grown, scales).simulate(
-        inherited(grown, Tried(parent_of, 1.0, weights)), samples_of([course], grown, scales)
-    )
+    new = network(grown, scales).simulate(inherited(grown, parent_of, weights), samples_of([course], grown, scales))
     assert np.allclose(old, new, atol=1e-12)
 
 
@@ -104,3 +106,56 @@ def test_without_the_signal_that_matters_the_error_is_far_higher(
     left = without_each(found, [course], scales, symbols="Fv")
     assert left["v"].rrmsse > 5.0 * found.rrmsse
     assert left["F"].rrmsse > found.rrmsse
+
+
+def test_what_a_regressor_promises_puts_those_that_matter_first(course: Course) -> None:
+    scales = scales_of([course], ["displacement", "velocity"])
+    alone = select([course], scales, START, OFFERED, most=1)[0].tried
+    promised = gains(
+        alone.structure, alone.weights, [one for one in OFFERED if str(one) != "F1"], [course], scales, 0.02
+    )
+    assert max(promised, key=lambda one: promised[one]) in regressors("v0 v1")
+    both = select([course], scales, Structure(regressors("F1 v1 x0"), 4), OFFERED, most=3)[0].tried
+    lost = losses(both.structure, both.weights, [course], scales, 0.02)
+    assert min(lost, key=lambda one: lost[one]) == regressors("x0")[0]
+
+
+def test_a_shortlist_reaches_the_error_of_the_whole_search_with_fewer_structures(
+    course: Course, path: tuple[list[Step], list[Known]]
+) -> None:
+    scales = scales_of([course], ["displacement", "velocity"])
+    told: list[Known] = []
+    short = select(
+        [course], scales, START, OFFERED, shortlist=1, most=3, on_step=lambda step, known: told.append(dict(known))
+    )
+    whole = select([course], scales, START, OFFERED, most=3)
+    assert short[-1].tried.rrmsse < 1.2 * whole[-1].tried.rrmsse
+    assert len(told[-1]) < len(path[1][-1])
+
+
+def test_a_fair_share_visits_what_is_rare_and_keeps_short_courses_whole() -> None:
+    long, short = course_of(hysteretic(4, 6000), ()), course_of(hysteretic(5, 600), ())
+    assert fair_share([long, short], 10_000) == [long, short]
+    share = fair_share([long], 1500)
+    counted = sum(int(one.counted.sum()) for one in share)
+    assert 1500 <= counted < 2200
+    speed = np.concatenate([one.motion.v[one.counted] for one in share])
+    assert np.ptp(speed) > 0.85 * np.ptp(long.motion.v)
+
+
+def test_a_search_of_runs_is_drawn_and_goes_on_from_its_file(tmp_path: Path) -> None:
+    state, runs = tmp_path / "search.json", [hysteretic(6, 700, current=True)]
+    offer = Offer(nodes=2, longest=1, most=4)
+    found = search("nnoe", runs, offer=offer, state=state)
+    assert str(found.path[0].tried.structure) == "F1 v1 i1, 2 nodes"
+    assert set(found.without) == {one.symbol for one in found.found.structure.regressors}
+    again = search("nnoe", runs, offer=offer, state=state)
+    assert [step.act for step in again.path] == [step.act for step in found.path]
+    assert again.trained == found.trained
+    page = search_html("a <damper>", found)
+    assert "a &lt;damper&gt;" in page
+    assert all(f"without {name}" in page for name in ("force", "velocity"))
+    with pytest.raises(DataError, match="not for 'hybrid'"):
+        search("hybrid", runs)
+    with pytest.raises(DataError, match="longest delay is 0"):
+        Offer(longest=0)

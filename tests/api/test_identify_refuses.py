@@ -1,0 +1,101 @@
+"""What the issue of black boxes names as bad input: each is refused in one line, with exit status 2 and no file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from api.cli.main import main
+from identification.physical.model import Model, element
+from identification.physical.modelfile import write_model
+from rigctl.runfile import Run, read_run, with_channel, write_run
+from tests.identification.hysteretic import hysteretic
+
+
+def cut(run: Run, samples: int) -> Run:
+    return replace(run, channels={name: one[:samples] for name, one in run.channels.items()})
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Runs with every mistake, and models of them."""
+    driven, passive = hysteretic(1, 900, current=True), hysteretic(2, 900)
+    x = driven.channels["displacement"]
+    runs = {
+        "driven": driven,
+        "passive": passive,
+        "short": cut(driven, 120),
+        "faster": hysteretic(3, 1200, rate_hz=500.0, current=True),
+        "held": with_channel(driven, "current", np.full(x.size, 0.5), "A"),
+        "copied": with_channel(driven, "current", 40.0 * x + 1.0, "A"),
+        "pushed": with_channel(driven, "force_wanted", 5e4 + driven.channels["force"], "N"),
+        "still": with_channel(driven, "displacement", np.zeros(x.size), "m"),
+    }
+    for name, run in runs.items():
+        write_run(tmp_path / f"{name}.h5", run)
+    parts = (element("viscous_damping", {"c": 300.0, "c_control": 50.0}),)
+    write_model(tmp_path / "forward.json", Model(name="forward", elements=parts))
+    monkeypatch.chdir(tmp_path)
+    assert main(["identify", "arx", "driven.h5", "--regressors", "F1 v0 i0", "-o", "needs_current.json"]) == 0
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        (["identify", "nnoe", "short.h5"], ["samples for 103 weights", "at least 3 for each", "record more"]),
+        (
+            ["identify", "narx", "short.h5", "--layers", "20,20", "--regressors", "F1 v0"],
+            ["samples for", "weights: at least 3 for each"],
+        ),
+        (["identify", "arx", "held.h5", "--regressors", "F1 v0 i0"], ["current does not vary in these runs: leave it"]),
+        (["identify", "arx", "driven.h5", "--regressors", "F1 v0 v0"], ["regressor v0 is given twice: leave one out"]),
+        (
+            ["identify", "arx", "copied.h5", "--regressors", "F1 x0 i0"],
+            ["current is displacement times a constant", "leave one of them out of the regressors"],
+        ),
+        (["identify", "mlp", "still.h5"], ["still.h5", "displacement"]),
+        (
+            ["identify", "nnoe", "driven.h5", "faster.h5"],
+            ["faster.h5 has 500 Hz, driven.h5 200 Hz", "one sample rate", "(--rate)"],
+        ),
+        (["identify", "inverse", "driven.h5", "faster.h5"], ["faster.h5 has 500 Hz, driven.h5 200 Hz"]),
+        (["simulate", "needs_current.json", "passive.h5"], ["passive.h5 has no control current, which the black box"]),
+        (
+            ["simulate", "needs_current.json", "faster.h5"],
+            ["faster.h5: 'needs_current' was identified at 200 Hz and the run has 500 Hz"],
+        ),
+        (
+            ["identify", "arx", "driven.h5", "--held-out", "passive.h5"],
+            ["passive.h5 has no current, driven.h5 has: give runs that all have it"],
+        ),
+        (["identify", "inverse", "held.h5"], ["current is 0.5 A in all runs"]),
+        (
+            ["track", "forward.json", "pushed.h5", "--current", "0", "1"],
+            ["pushed.h5: no sample of the wanted force can be made within [0, 1] A", "N are lacking"],
+        ),
+    ],
+)
+def test_it_is_refused_in_one_line_and_nothing_is_written(
+    place: Path, words: list[str], parts: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = sorted(path.name for path in place.iterdir())
+    capsys.readouterr()
+    assert main([*words, "-o", "made.h5"]) == 2
+    said = capsys.readouterr()
+    refusal = said.err.splitlines()[-1]  # after what the data checks found
+    assert all(part in refusal for part in parts), said.err
+    assert not said.out
+    assert sorted(path.name for path in place.iterdir()) == before
+
+
+def test_runs_of_two_rates_are_resampled_on_request(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    given = ["identify", "arx", "driven.h5", "faster.h5", "--rate", "100", "--regressors", "F1 v0 i0"]
+    assert main([*given, "-o", "both.json"]) == 0
+    assert read_run(Path("faster.h5")).sample_rate_hz == 500.0
+    capsys.readouterr()
+    assert main(["simulate", "both.json", "driven.h5", "-o", "out.h5"]) == 2
+    assert "identified at 100 Hz" in capsys.readouterr().err

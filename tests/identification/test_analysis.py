@@ -1,0 +1,132 @@
+"""The analysis of run files: what is taken of them, what is refused, and the page."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import damper_rig as dr
+from api.cli.main import main
+from identification.analysis import analyse_runs, analysis_data, analysis_html, analysis_text
+from identification.errors import DataError
+from rigctl.runfile import write_run
+from tests.identification.multisine_runs import multisine_run
+
+Said = pytest.CaptureFixture[str]
+
+
+def test_a_run_shows_its_linear_part_its_friction_and_its_asymmetry() -> None:
+    found = analyse_runs([multisine_run()])
+    levels = found.levels
+    assert levels.odd is not None
+    assert levels.even is not None
+    assert levels.noise is not None
+    assert levels.odd.is_seen
+    assert levels.even.is_seen
+    assert levels.noise.rms == pytest.approx(np.sqrt(0.5), rel=0.1)  # of half of all lines
+    symmetrical = analyse_runs([multisine_run(one_sided=0.0)]).levels
+    assert symmetrical.even is not None
+    assert symmetrical.even.rms < 0.02 * levels.even.rms
+    damping = next(one for one in found.responses if one.over == "velocity")
+    assert np.all((np.abs(damping.value) > 700.0) & (np.abs(damping.value) < 1600.0))
+
+
+def test_the_lines_are_those_of_the_design_and_the_same_without_it() -> None:
+    run = multisine_run()
+    stated, unstated = analyse_runs([run]), analyse_runs([replace(run, design=None)])
+    assert np.array_equal(stated.lines.driven, unstated.lines.driven)
+    assert stated.notes == unstated.notes == ()
+
+
+def test_a_design_that_is_not_what_was_played_is_told_of() -> None:
+    run = multisine_run()
+    assert run.design is not None
+    other = replace(run, design={**run.design, "seed": 99})
+    found = analyse_runs([other])
+    assert any("not what its design states" in note for note in found.notes)
+    assert np.array_equal(found.lines.driven, analyse_runs([run]).lines.driven)
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (
+            lambda run: replace(run, period_samples=0, channels={k: v[:1500] for k, v in run.channels.items()}),
+            "no period",
+        ),
+        (lambda run: replace(run, period_samples=700), "motion that repeats"),
+        (lambda run: replace(run, channels={"force": run.channels["force"]}), "no channel 'displacement'"),
+        (lambda run: replace(run, channels={"displacement": run.channels["displacement"]}), "no channel 'force'"),
+    ],
+)
+def test_a_run_that_cannot_be_analysed_is_refused_in_one_line(change: object, word: str) -> None:
+    with pytest.raises(DataError, match=word) as refused:
+        analyse_runs([change(multisine_run())])  # type: ignore[operator]
+    assert "multisine 0" in str(refused.value)
+
+
+def test_runs_of_different_rates_are_refused() -> None:
+    with pytest.raises(DataError, match=r"sampled at 250 Hz and multisine 0 at 500 Hz"):
+        analyse_runs([multisine_run(), replace(multisine_run(1), sample_rate_hz=250.0)])
+
+
+def test_a_current_that_rests_is_no_input() -> None:
+    run = multisine_run()
+    resting = replace(
+        run, channels={**run.channels, "current": np.full(run.samples, 0.8)}, units={**run.units, "current": "A"}
+    )
+    assert [one.over for one in analyse_runs([resting]).responses] == ["displacement", "velocity"]
+
+
+def test_a_run_that_was_cut_short_keeps_its_whole_periods_and_says_so() -> None:
+    run = multisine_run()
+    cut = replace(run, status="aborted", channels={name: values[:3400] for name, values in run.channels.items()})
+    found = analyse_runs([cut])
+    assert found.played[0].periods + found.played[0].left_out == 3
+    assert "multisine 0 is aborted" in found.notes
+
+
+def test_the_json_holds_numbers_text_and_null_alone() -> None:
+    for runs in ([multisine_run()], [multisine_run(0), multisine_run(1)], [multisine_run(changes={"periods": 1})]):
+        data = analysis_data(analyse_runs(runs))
+        assert json.loads(json.dumps(data, allow_nan=False)) == data
+
+
+def test_the_page_and_the_text_escape_what_a_file_says() -> None:
+    found = analyse_runs([replace(multisine_run(), run_id="<script>x</script>")])
+    page = analysis_html(found)
+    assert "<script>x" not in page
+    assert "https://" not in page.split("</script>")[-1]
+    assert "odd distortion" in analysis_text(found)
+
+
+def test_the_command_and_the_notebook_say_the_same(tmp_path: Path, capsys: Said) -> None:
+    paths = [tmp_path / f"run{k}.h5" for k in range(3)]
+    for k, path in enumerate(paths):
+        write_run(path, multisine_run(k))
+    page = tmp_path / "page.html"
+    assert main(["analyse", *map(str, paths), "-o", str(page), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    mine = dr.analyse(dr.load(*paths))
+    assert {key: value for key, value in told.items() if key != "file"} == json.loads(json.dumps(mine.data()))
+    assert mine.save(tmp_path / "again.html").is_file()
+    assert "odd distortion" in repr(mine)
+    assert {row["part"] for row in mine.rows()} >= {"linear", "odd", "even", "noise"}
+    assert "<table>" in mine._repr_html_()
+    assert dr.plot(mine).data
+    assert main(["analyse", str(paths[0])]) == 0
+    assert "linear" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "due"), [(["-o", "page.pdf"], ".html"), (["-o", "nowhere/page.html"], "nowhere"), ([], "no such file")]
+)
+def test_a_wrong_command_is_refused_before_it_reads(words: list[str], due: str, tmp_path: Path, capsys: Said) -> None:
+    assert main(["analyse", str(tmp_path / "none.h5"), *words]) == 2
+    said = capsys.readouterr().err
+    assert due in said
+    assert said.count("\n") == 1

@@ -1,0 +1,124 @@
+"""Prediction bands: what they hold of runs that were never learned from, in the file, and on the page."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from identification.blackbox import Base, BlackBox, Identified, Structure, identify, regressors, write_identified
+from identification.blackbox.band import LEVELS, Band, LeftOut, band_of, coverage_of
+from identification.errors import DataError, ModelError, ModelFileError
+from identification.models import compare, comparison_data, load_model, motion_of
+from identification.models.band import half_width_of
+from identification.models.comparison_page import comparison_html
+from identification.physical.model import Model, element
+from identification.physical.modelfile import model_to_json
+from tests.identification.hysteretic import hysteretic
+
+LEARNED = tuple(hysteretic(seed, 1200, noise=0.05) for seed in (1, 2))
+SHOWN = tuple(hysteretic(seed, 1200, noise=0.05) for seed in (11, 12, 13, 14))
+
+
+@cache
+def found(kind: str) -> Identified:
+    chosen = {
+        "nnoe": [Structure(regressors("F1 F2 v0 v1"), 4), Structure(regressors("F1 F2 x0 v0 v1"), 4)],
+        "hybrid": [Structure(regressors("F1 v0 v1 M0"), 4)],
+        "polynomial": [Structure(regressors("F1 F2 v0 v1"), 0)],
+    }
+    viscous = Model(name="v", elements=(element("viscous_damping", {"c": 400.0}),))
+    base = Base(viscous, model_to_json(viscous)) if kind == "hybrid" else None
+    return identify(kind, LEARNED, held_out=SHOWN, structures=chosen.get(kind, []), base=base)
+
+
+@pytest.mark.parametrize("kind", ["nnoe", "mlp", "arx", "polynomial", "hybrid"])
+def test_a_band_of_90_percent_holds_85_to_95_percent_of_runs_that_were_never_seen(kind: str) -> None:
+    result = found(kind)
+    reached = np.mean(list(result.reached.values()))
+    assert 0.85 <= reached <= 0.95, result.reached
+    assert abs(result.coverage - reached) < 0.06
+    assert result.model.facts["coverage_held_out"] == pytest.approx(reached)
+
+
+def test_a_higher_level_has_a_wider_band() -> None:
+    motion = motion_of(SHOWN[0])
+    widths = [half_width_of(found("nnoe").model, motion, level) for level in (0.5, 0.8, 0.9, 0.93, 0.99)]
+    means = [float(np.mean(one)) for one in widths if one is not None]
+    assert len(means) == 5
+    assert means == sorted(means)
+    with pytest.raises(DataError, match=r"band of 20 %: it must lie within 50 … 99 %"):
+        half_width_of(found("nnoe").model, motion, 0.2)
+
+
+@given(st.integers(0, 10_000), st.integers(40, 400))
+@settings(max_examples=30, deadline=None)
+def test_the_band_holds_its_level_of_errors_that_could_be_exchanged(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    spread = rng.uniform(0.0, 3.0, 4 * count)
+    errors = rng.standard_normal(4 * count) * np.hypot(1.0, spread)
+    parts = [LeftOut(errors[k * count : (k + 1) * count], spread[k * count : (k + 1) * count]) for k in range(3)]
+    band, last = band_of(parts), slice(3 * count, None)
+    held = float(np.mean(np.abs(errors[last]) <= band.half_width(spread[last], 0.9)))
+    tolerance = 5.0 * np.sqrt(0.09 * (1.0 / count + 1.0 / (3 * count)))
+    assert abs(held - 0.9) < tolerance
+    assert abs(coverage_of(parts) - 0.9) < tolerance
+
+
+def test_the_band_comes_back_from_its_file_as_it_was(tmp_path: Path) -> None:
+    motion = motion_of(SHOWN[0])
+    for kind in ("nnoe", "polynomial", "hybrid"):
+        path = tmp_path / f"{kind}.json"
+        write_identified(path, found(kind).model)
+        assert np.array_equal(half_width_of(load_model(path), motion), half_width_of(found(kind).model, motion))  # type: ignore[arg-type]
+
+
+def test_a_file_without_a_band_is_read_and_has_none(tmp_path: Path) -> None:
+    path = tmp_path / "network.json"
+    write_identified(path, found("nnoe").model)
+    data = json.loads(path.read_text())
+    del data["band"]
+    path.write_text(json.dumps(data))
+    assert half_width_of(load_model(path), motion_of(SHOWN[0])) is None
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"floor": 0.0}, r"band\.floor is 0 N: it must be above 0"),
+        ({"factors": [1.0]}, r"band\.factors has 1 entries"),
+        ({"factors": [2.0] + [1.0] * (len(LEVELS) - 1)}, r"band\.factors must be finite, not negative, and rise"),
+        ({"factors": ["1"] * len(LEVELS)}, r"band\.factors\[0\] is '1'"),
+        ({"levels": [0.9]}, r"band\.levels must be"),
+    ],
+)
+def test_a_broken_band_is_refused_with_the_place(more: dict[str, Any], message: str, tmp_path: Path) -> None:
+    path = tmp_path / "network.json"
+    write_identified(path, found("nnoe").model)
+    data = json.loads(path.read_text())
+    data["band"] |= more
+    path.write_text(json.dumps(data))
+    with pytest.raises(ModelFileError, match=message):
+        load_model(path)
+    with pytest.raises(ModelError):
+        Band(-1.0, (1.0,) * len(LEVELS))
+
+
+def test_a_comparison_states_and_draws_what_a_band_holds() -> None:
+    plain = replace(found("arx").model, band=None, name="plain")
+    assert isinstance(plain, BlackBox)
+    comparison = compare([found("nnoe").model, plain], SHOWN[:2])
+    data = comparison_data(comparison)
+    reached = [one["coverage_90"] for one in data["models"][0]["runs"]]
+    assert reached == pytest.approx(list(found("nnoe").reached.values())[:2])
+    assert [one["coverage_90"] for one in data["models"][1]["runs"]] == [None, None]
+    page = comparison_html(comparison)
+    assert f"90 % band holds {100 * reached[0]:.0f} %" in page
+    assert "tonexty" in page

@@ -1,0 +1,185 @@
+"""Several axes: the inputs of each load, superposed training, its check, and a model that bad inputs leave bounded."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from identification.errors import DataError, SimulationError
+from identification.multiaxis import (
+    LOADS,
+    MOTIONS,
+    MultiAxis,
+    check_superposition,
+    chosen,
+    correlations,
+    identify_axes,
+    superposed,
+)
+from rigctl.runfile import Run, read_run, write_run
+from sim_rig.multi_axis import ANTI_YAW, played
+
+Floats = NDArray[np.float64]
+RATE_HZ, SAMPLES = 100.0, 1500
+LARGEST = np.array([4e-3, 4e-3, 4e-3, 0.02, 0.03, 0.03])
+UNITS = ("m", "m", "m", "rad", "rad", "rad", "N", "N", "N", "N·m", "N·m", "N·m")
+# A specimen that is a formula, so that the right choice is known.
+FORMULA: tuple[Callable[[Floats, Floats], Floats], ...] = (
+    lambda d, v: 3e4 * v[:, 0] + 4e7 * d[:, 1] ** 2,
+    lambda d, v: 2e5 * d[:, 1],
+    lambda d, v: 2e5 * d[:, 2] + 100.0 * v[:, 2],
+    lambda d, v: 300.0 * d[:, 3],
+    lambda d, v: 400.0 * d[:, 4] + 5e3 * d[:, 2],
+    lambda d, v: 400.0 * d[:, 5],
+)
+INPUTS = (
+    {"displacement", "displacement_y"},
+    {"displacement_y"},
+    {"displacement_z"},
+    {"displacement_rx"},
+    {"displacement_z", "displacement_ry"},
+    {"displacement_rz"},
+)
+
+
+def motion(seed: int, factor: float = 1.0) -> Floats:
+    rng, t = np.random.default_rng([6, seed]), np.arange(SAMPLES) / RATE_HZ
+    axes = []
+    for k, size in enumerate(LARGEST):
+        hertz = rng.uniform(0.3, 4.0, 20)
+        course = np.sin(np.multiply.outer(t, 2.0 * np.pi * hertz) + rng.uniform(0.0, 6.3, 20)) @ hertz**-0.5
+        axes.append((factor if k in (1, 2) else 1.0) * size * course / np.max(np.abs(course)) * np.minimum(1.0, t))
+    return np.column_stack(axes)
+
+
+def run_of(moved: Floats, loads: Floats, name: str) -> Run:
+    names = (*MOTIONS, *LOADS)
+    return Run(
+        run_id=name, created="2026-01-01T00:00:00+00:00", specimen="six axes", sample_rate_hz=RATE_HZ,
+        period_samples=0, excitation_kind="custom", status="complete",
+        channels=dict(zip(names, [*moved.T.copy(), *loads.T.copy()], strict=True)),
+        units=dict(zip(names, UNITS, strict=True)),
+    )  # fmt: skip
+
+
+def by_formula(moved: Floats, name: str) -> Run:
+    speed = np.gradient(moved, axis=0) * RATE_HZ
+    return run_of(moved, np.column_stack([one(moved, speed) for one in FORMULA]), name)
+
+
+def singles_of(moved: Floats, made: Callable[[Floats, str], Run]) -> list[Run]:
+    return [made(moved * (np.arange(6) == k), f"axis-{k}") for k in range(6)]
+
+
+@cache
+def singles() -> tuple[Run, ...]:
+    return tuple(singles_of(motion(1), by_formula))
+
+
+@cache
+def model() -> MultiAxis:
+    return identify_axes([superposed(singles())])
+
+
+def test_the_inputs_of_each_load_are_those_that_it_depends_on() -> None:
+    found = chosen(correlations([superposed(singles())]))
+    assert {load: set(axes) for load, axes in found.items()} == dict(zip(LOADS, INPUTS, strict=True))
+
+
+def test_a_model_of_superposed_single_tests_holds_when_all_axes_move() -> None:
+    shown = by_formula(motion(2), "shown")
+    for load, force in model().simulate(shown).items():
+        measured = shown.channels[load]
+        assert np.sqrt(np.mean((measured - force) ** 2)) < 0.2 * np.std(measured), load
+
+
+def test_superposition_is_exact_where_the_loads_add_up_and_fails_where_they_do_not() -> None:
+    together = by_formula(motion(1), "together")
+    found = check_superposition(together, singles())
+    assert max(found.missed.values()) < 1e-9
+    assert not found.failing
+    product = together.channels["displacement"] * together.channels["displacement_rz"]
+    coupled = {**together.channels, "torque_z": together.channels["torque_z"] + 1e5 * product}
+    found = check_superposition(replace(together, channels=coupled), singles())
+    assert found.failing == ("torque_z",)
+    assert "torque_z: the sum of the single tests misses" in found.described()[0]
+    assert "superposition fails" in found.described()[0]
+
+
+def test_a_damper_between_bushes_adds_up_in_service_and_not_far_sideways() -> None:
+    def made(moved: Floats, name: str) -> Run:
+        return run_of(moved, played(ANTI_YAW, moved, RATE_HZ, seed=len(name)), name)
+
+    near, far = (motion(3, factor)[:700] for factor in (0.5, 5.0))
+    assert "force" not in check_superposition(made(near, "near"), singles_of(near, made)).failing
+    assert "force" in check_superposition(made(far, "far"), singles_of(far, made)).failing
+
+
+BAD = st.one_of(st.sampled_from([math.nan, math.inf, -math.inf, 1e300]), st.floats(-1e6, 1e6, allow_nan=False))
+
+
+@settings(max_examples=40, deadline=None)
+@given(at=st.integers(0, 900), length=st.integers(1, 60), bad=BAD, axis=st.sampled_from(MOTIONS))
+def test_a_bad_input_for_a_moment_neither_diverges_nor_lasts(at: int, length: int, bad: float, axis: str) -> None:
+    shown = by_formula(motion(2), "shown")
+    hit = shown.channels[axis].copy()
+    hit[at : at + length] = bad
+    found = model().along({**shown.channels, axis: hit})
+    clean = model().simulate(shown)
+    for load, force in found.items():
+        scale = model().loads[load].scale
+        margin = 0.5 * (scale.high - scale.low) + 1e-9
+        assert np.all(np.isfinite(force))
+        assert scale.low - margin <= force.min() <= force.max() <= scale.high + margin
+        np.testing.assert_allclose(force[at + length + 40 :], clean[load][at + length + 40 :], rtol=1e-9, atol=1e-9)
+
+
+def test_what_leaves_the_training_is_stated() -> None:
+    assert not model().outside(superposed(singles()))
+    far = by_formula(3.0 * motion(2), "far")
+    assert set(model().outside(far)) == set(MOTIONS)
+
+
+def test_a_run_file_carries_the_further_axes(tmp_path: Path) -> None:
+    write_run(tmp_path / "six.h5", by_formula(motion(2), "six"))
+    back = read_run(tmp_path / "six.h5")
+    assert {name: back.units[name] for name in (*MOTIONS, *LOADS)} == dict(zip((*MOTIONS, *LOADS), UNITS, strict=True))
+    assert np.array_equal(
+        model().simulate(back)["torque_z"], model().simulate(by_formula(motion(2), "six"))["torque_z"]
+    )
+
+
+def test_tests_that_cannot_be_superposed_are_refused_in_one_line() -> None:
+    first, second, *rest = singles()
+    slow = replace(second, sample_rate_hz=50.0)
+    bare = replace(second, channels={name: one for name, one in second.channels.items() if name != "torque_x"})
+    both = by_formula(motion(1), "both")
+    for given_, words in (
+        ([], "no run was given"),
+        ([first, slow], "axis-1 has 50 Hz, axis-0 100 Hz"),
+        ([first, bare], "axis-1 has no torque_x, axis-0 has"),
+        ([first, both], "both moves displacement and displacement_y"),
+        ([first, replace(first, run_id="again")], "again moves displacement as axis-0 does"),
+    ):
+        with pytest.raises(DataError, match=words):
+            superposed(given_)
+    with pytest.raises(DataError, match="displacement is not that of the single test"):
+        check_superposition(by_formula(motion(2), "other"), singles())
+    with pytest.raises(SimulationError, match="identified at 100 Hz and axis-1 has 50 Hz"):
+        model().simulate(slow)
+    lacking = {name: one for name, one in first.channels.items() if name != "displacement_y"}
+    with pytest.raises(DataError, match="has no displacement_y, which the model needs"):
+        model().simulate(replace(first, channels=lacking))
+    short = {name: one[:200] for name, one in both.channels.items()}
+    with pytest.raises(DataError, match="200 samples for"):
+        identify_axes([replace(both, channels=short)])
+    assert len(rest) == 4
