@@ -10,8 +10,8 @@ from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model, element
 from identification.physical.simulate import simulate
 from identification.scales import scales_of
-from tests.identification.specimens import records_with
 from tests.identification.motions import motion
+from tests.identification.specimens import records_with
 
 LIMITS = [
     ("lugre_friction", {"sigma0": 1e8, "sigma1": 0.0, "f_c": 60.0, "f_s": 90.0, "w_s": 0.05}, "stribeck_friction"),
