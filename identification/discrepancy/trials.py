@@ -165,7 +165,7 @@ def _with_limits(found: list[Trial], its: _Round, excluded: Collection[str]) -> 
 
 
 def _limits_of(name: str) -> list[tuple[str, Growth]]:
-    """The elements that the search may name and that are limits of the one of that name, and how they follow from it."""
+    """The elements that the search may name and that are limits of the one of that name, and how."""
     rows = [(other, spec) for other, spec in CATALOGUE.items() if spec.nameable]
     return [(other, growth) for other, spec in rows for growth in spec.limits_of if growth.of == name]
 
