@@ -44,9 +44,9 @@ def minimise(
     """A local minimum of ``function``, which gives value and gradient, by the two-loop recursion.
 
     ``first_step``: length of the first step, unit of x, where no ``pairs`` of an earlier search of nearly the same
-    function tell it. Ends when the value falls by less than ``tolerance`` of itself in one iteration, or when ``enough(iteration, x)`` says so. The line search halves by a
-    safeguarded parabola until the value falls by 1e-4 of the decrease predicted by the slope, and lengthens the
-    step once while the slope is still steep.
+    function tell it. Ends when the value falls by less than ``tolerance`` of itself in one iteration, or when
+    ``enough(iteration, x)`` says so. The line search halves by a safeguarded parabola until the value falls by 1e-4 of
+    the decrease predicted by the slope, and lengthens the step once while the slope is still steep.
 
     References
     ----------
