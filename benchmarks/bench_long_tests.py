@@ -1,4 +1,4 @@
-"""The tests marked `bench`: further examples of what `make test` holds to on fewer, too long for it.
+"""Further examples of what `make test` holds to on fewer: the tests marked `bench`, and more draws of Hypothesis.
 
 Ends with the status of pytest: 0 where all of them passed.
 """
@@ -14,7 +14,8 @@ import pytest
 def main() -> None:
     """Run them on two processes; exit status other than 0 where one failed."""
     root = Path(__file__).parents[1]
-    arguments = ["-n", "2", "--dist", "loadfile", "--no-loadscope-reorder", "-m", "bench"]
+    arguments = ["-n", "2", "--dist", "loadfile", "--no-loadscope-reorder", "-m", "bench or hypothesis"]
+    arguments += ["--hypothesis-profile", "thorough"]
     status = pytest.main([*arguments, "--rootdir", str(root), str(root / "tests")])
     if status != pytest.ExitCode.OK:
         sys.exit(int(status))
