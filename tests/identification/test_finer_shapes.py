@@ -1,4 +1,4 @@
-"""Finer shapes that the data show: how large an effect is may follow the current, as the valve does that it is part of."""
+"""Finer shapes that the data show: how large an effect is may follow the current, as its valve does."""
 
 from __future__ import annotations
 
