@@ -11,14 +11,28 @@ from typing import Any
 from damper_rig.html import paragraph, table
 from damper_rig.running import working
 from damper_rig.simulating import AnyModel, model_of
+from excitation.configuration import to_spec
 from identification.errors import ModelError
 from identification.studies.realtime import realtime as timed
 from identification.studies.realtime import realtime_data
-from identification.studies.vehicle import Study, setting_of, study_data, study_text, vehicle_study, write_study
+from identification.studies.vehicle import (
+    FmuWiring,
+    OnOwn,
+    OwnVehicle,
+    Study,
+    Vehicle,
+    open_vehicle,
+    own_study,
+    setting_of,
+    study_data,
+    study_text,
+    vehicle_study,
+    write_study,
+)
 from identification.studies.vehicle import without as less
 from identification.studies.vehicle import worth as worth_of
 
-__all__ = ["InVehicle", "realtime", "vehicle", "worth"]
+__all__ = ["FmuWiring", "InVehicle", "OwnVehicle", "open_vehicle", "realtime", "vehicle", "worth"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +69,10 @@ def vehicle(
     *,
     kind: str = "car",
     specimen: AnyModel | None = None,
+    own: Vehicle | None = None,
 ) -> InVehicle:
-    """Models of any kind in a vehicle: ``car``, ``seat`` or ``bogie``; ``asked``: the keys of the study's TOML.
+    """Models of any kind in a vehicle: ``car``, ``seat`` or ``bogie``, or in your ``own``; ``asked``: the keys of the
+    study's TOML. Your own is an `OwnVehicle` of Python functions, or an FMU by `open_vehicle`.
 
     Raises
     ------
@@ -65,7 +81,12 @@ def vehicle(
     SimulationError
         Where the vehicle runs away.
     """
-    loaded, setting = [model_of(one) for one in models], setting_of(kind, dict(asked or {}), "asked")
+    loaded = [model_of(one) for one in models]
+    if own is not None:
+        given = to_spec(OnOwn, dict(asked or {}), "asked")
+        with working("driving") as tell:
+            return InVehicle(own_study(own, loaded, given, on_progress=tell))
+    setting = setting_of(kind, dict(asked or {}), "asked")
     inside = None if specimen is None else model_of(specimen)
     with working("driving") as tell:
         return InVehicle(vehicle_study(loaded, setting, specimen=inside, on_progress=tell))
