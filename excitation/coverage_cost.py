@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["Axis", "CoverageCost", "Modes", "SoftLimit", "plain_modes"]
 
 _CHUNKS = 8  # fixed, so that sums do not depend on how many threads work
+_MANY = 2**16  # samples from which threads pay
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -40,6 +41,7 @@ class SoftLimit:
     axis: Axis
     limit: float
     weight: float
+    every: int = 1  # step through the samples of the axes: fewer show a slow quantity as well
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -68,11 +70,13 @@ class CoverageCost:
         every: int,
         outside: float,
         threads: int | None = None,
+        edge: float = 1.0,
     ) -> None:
         self.samples = tones[0].period_samples // every
         self.lines = [t.lines for t in tones]
         self.axes, self.soft, self.modes = list(axes), list(soft), modes
         self.last_value, self.threads = np.inf, threads
+        self.edge = edge  # of the box, in half boxes: what lies beyond counts as outside
         self.outside = outside  # weight of what lies outside the box or disc, relative to the sum of squared modes
         ends = np.cumsum([line.size for line in self.lines])
         self.parts = [slice(int(e) - line.size, int(e)) for e, line in zip(ends, self.lines, strict=True)]
@@ -85,26 +89,35 @@ class CoverageCost:
         return [self._synthesise(axis, phases)[0] for axis in self.axes]
 
     def value_and_gradient(self, phases: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-        made = [self._synthesise(axis, phases) for axis in self.axes]
+        made = self._map(self.axes, lambda axis: self._synthesise(axis, phases))
         signals = [signal for signal, _ in made]
         value, slopes = self._uniformity(signals)
         gradient = np.zeros_like(phases)
         charges, extras = self._outside(signals)
-        for axis, (_, turned), slope, charge, extra in zip(self.axes, made, slopes, charges, extras, strict=True):
+        for slope, extra in zip(slopes, extras, strict=True):
+            slope += extra
+        places = list(range(len(self.axes)))
+        steep = self._map(places, lambda n: self._by_phase(self.axes[n], made[n][1], slopes[n]))
+        beyond = self._map(self.soft, lambda quantity: self._beyond(quantity, phases))
+        for axis, charge, change in zip(self.axes, charges, steep, strict=True):
             value += charge
-            self._add_gradient(axis, turned, slope + extra, gradient)
-        for quantity in self.soft:
-            signal, turned = self._synthesise(quantity.axis, phases)
-            charge, extra = _excess_cost(signal, quantity.limit, quantity.weight)
-            if charge > 0.0:
+            gradient[self.parts[axis.tones]] -= change
+        for quantity, (charge, change) in zip(self.soft, beyond, strict=True):
+            if change is not None:
                 value += charge
-                self._add_gradient(quantity.axis, turned, extra, gradient)
+                gradient[self.parts[quantity.axis.tones]] -= change
         self.last_value = value
         return value, gradient
 
+    def _beyond(self, quantity: SoftLimit, phases: NDArray[np.float64]) -> tuple[float, NDArray[np.float64] | None]:
+        """Cost of the samples beyond a soft limit and its derivative by the phases, (K,); None where none is beyond."""
+        signal, turned = self._synthesise(quantity.axis, phases, quantity.every)
+        charge, extra = _excess_cost(signal, quantity.limit, quantity.weight)
+        return charge, self._by_phase(quantity.axis, turned, extra) if charge > 0.0 else None
+
     def _outside(self, signals: list[NDArray[np.float64]]) -> tuple[list[float], list[NDArray[np.float64]]]:
         """Cost of the samples outside, and its derivative by each sample, of each axis."""
-        made = [_excess_cost(signal, 1.0, self.outside) for signal in signals]
+        made = [_excess_cost(signal, self.edge, self.outside) for signal in signals]
         charges, extras = [charge for charge, _ in made], [extra for _, extra in made]
         if self.modes.disc is not None:
             first, second = self.modes.disc
@@ -113,33 +126,30 @@ class CoverageCost:
         return charges, extras
 
     def _synthesise(
-        self, axis: Axis, phases: NDArray[np.float64]
+        self, axis: Axis, phases: NDArray[np.float64], every: int = 1
     ) -> tuple[NDArray[np.float64], tuple[NDArray[np.float64], NDArray[np.float64]]]:
         cos, sin = cosine_and_sine(phases[self.parts[axis.tones]] + axis.offset_turns)
         real, imaginary = axis.amplitude * cos, axis.amplitude * sin
-        spectrum = np.zeros(self.samples // 2 + 1, dtype=np.complex128)
-        spectrum.real[self.lines[axis.tones]] = real
-        spectrum.imag[self.lines[axis.tones]] = imaginary
-        return np.fft.irfft(spectrum, n=self.samples, norm="forward") * 0.5, (real, imaginary)
+        samples = self.samples // every
+        spectrum = np.zeros(samples // 2 + 1, dtype=np.complex128)
+        spectrum.real[self.lines[axis.tones]] = 0.5 * real
+        spectrum.imag[self.lines[axis.tones]] = 0.5 * imaginary
+        return np.fft.irfft(spectrum, n=samples, norm="forward"), (real, imaginary)
 
-    def _add_gradient(
-        self,
-        axis: Axis,
-        turned: tuple[NDArray[np.float64], NDArray[np.float64]],
-        slope: NDArray[np.float64],
-        gradient: NDArray[np.float64],
-    ) -> None:
-        """Adds ∂/∂φ_k = −2π A_k Im(e^{jφ} conj(G_k)), G the DFT of the slopes over the samples."""
+    def _by_phase(
+        self, axis: Axis, turned: tuple[NDArray[np.float64], NDArray[np.float64]], slope: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """−∂/∂φ_k = 2π A_k Im(e^{jφ} conj(G_k)), (K,), G the DFT of the slopes over the samples."""
         real, imaginary = turned
         g = np.fft.rfft(slope)[self.lines[axis.tones]]
-        gradient[self.parts[axis.tones]] -= 2.0 * np.pi * (imaginary * g.real - real * g.imag)
+        return np.asarray(2.0 * np.pi * (imaginary * g.real - real * g.imag))
 
-    def _map_chunks(self, chunks: list[slice], work: Callable[[slice], Any]) -> list[Any]:
-        """Any: what the compiled function returns. Threads only where there is more than one chunk."""
-        if len(chunks) == 1:
-            return [work(chunks[0])]
+    def _map(self, items: Sequence[Any], work: Callable[[Any], Any]) -> list[Any]:
+        """Any: what is worked on, and what comes of it. Threads only where there are many samples."""
+        if len(items) == 1 or self.samples < _MANY:
+            return [work(item) for item in items]
         with ThreadPoolExecutor(self.threads) as pool:
-            return list(pool.map(work, chunks))
+            return list(pool.map(work, items))
 
     def _uniformity(self, signals: list[NDArray[np.float64]]) -> tuple[float, list[NDArray[np.float64]]]:
         # imported here because numba takes long to load
@@ -149,13 +159,13 @@ class CoverageCost:
         slopes = [np.empty(self.samples) for _ in signals]
         sums: Callable[..., Any] = sums_2d if len(signals) == 2 else sums_3d  # Any: numba's dispatchers
         slope_of: Callable[..., Any] = gradient_2d if len(signals) == 2 else gradient_3d
-        parts = self._map_chunks(chunks, lambda c: sums(*(s[c] for s in signals), self.modes.weight.shape[0]))
+        parts = self._map(chunks, lambda c: sums(*(s[c] for s in signals), self.modes.weight.shape[0]))
         means = sum(parts[1:], parts[0]) / self.samples
         if self.modes.target is not None:
             means -= self.modes.target
         means[(0,) * means.ndim] = 0.0
         weight = 2.0 / self.samples * self.modes.weight * means
-        self._map_chunks(chunks, lambda c: slope_of(*(s[c] for s in signals), weight, *(s[c] for s in slopes)))
+        self._map(chunks, lambda c: slope_of(*(s[c] for s in signals), weight, *(s[c] for s in slopes)))
         return float((self.modes.weight * means * means).sum()), slopes
 
 
@@ -173,8 +183,11 @@ def _weight(modes: int, dimensions: int) -> NDArray[np.float64]:
 
 def _excess_cost(signal: NDArray[np.float64], limit: float, weight: float) -> tuple[float, NDArray[np.float64]]:
     """weight·mean(max(0, abs(u) − limit)²) and its derivative by each sample."""
-    over = np.maximum(signal - limit, 0.0) + np.minimum(signal + limit, 0.0)
-    return float(weight / signal.size * (over * over).sum()), 2.0 * weight / signal.size * over
+    over = np.clip(signal, -limit, limit)
+    np.subtract(signal, over, out=over)
+    charge = float(weight / signal.size * (over * over).sum())
+    over *= 2.0 * weight / signal.size
+    return charge, over
 
 
 def _disc_cost(
@@ -188,7 +201,7 @@ def _disc_cost(
 
 
 def _chunks(samples: int) -> list[slice]:
-    if samples < 2**16:
+    if samples < _MANY:
         return [slice(0, samples)]
     size = -(-samples // _CHUNKS)
     return [slice(start, min(start + size, samples)) for start in range(0, samples, size)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from excitation.coverage_cost import Axis, CoverageCost, Modes, SoftLimit, plain_modes
 from excitation.direct import modes_for
-from excitation.lbfgs import minimise
+from excitation.lbfgs import Minimum, minimise
 from excitation.portable_math import cosine_and_sine
 
 if TYPE_CHECKING:
@@ -33,6 +33,8 @@ _COARSE = 400  # points along each axis at which the ellipse's modes are summed:
 _SMALL_ENOUGH = 1e-5  # squared relative deviation: far below the scatter of cells with a hundred samples
 _SMALL_THINNED = 3e-4  # the same of thinned samples of a long period
 _MANY, _EVEN_ENOUGH = 2**16, 0.35  # samples from which a search ends at this coverage index, percent, to save time
+_EDGE_THINNED = 0.97  # half boxes: samples left out reach 1 to 3 % further, and all samples take longest to bring in
+_MODES_THINNED = 12  # of a long period
 _FEWEST_THINNED = 4096  # samples
 
 
@@ -61,21 +63,25 @@ def optimise_within(
     within the limits; the phases with the lowest one seen are returned.
     """
     phases = np.concatenate([t.phase_turns for t in tones])
-    first, lowest, best = True, np.inf, phases
+    lowest, best = np.inf, phases
+    found: Minimum | None = None
     many = tones[0].period_samples >= _MANY
     for stage in _stages(tones, grid, iterations):
         outside = _OUTSIDE_WEIGHT if disc is None else _OUTSIDE_WEIGHT_DISC
-        cost = CoverageCost(tones, axes, soft, _modes(stage.modes, grid, disc), stage.every, outside)
+        thinned = many and stage.every > 1
+        seen = [replace(one, every=_step_of(one, tones, stage.every)) for one in soft] if many else soft
+        modes, edge = _modes(stage.modes, grid, disc), _EDGE_THINNED if thinned else 1.0
+        cost = CoverageCost(tones, axes, seen, modes, stage.every, outside, edge=edge)
 
         def enough(iteration: int, x: NDArray[np.float64], cost: CoverageCost = cost, every: int = stage.every) -> bool:
             nonlocal lowest, best
-            if every == 1 and iteration % (5 if many else 10) == 0 and (found := index(cost.split(x))) < lowest:
-                lowest, best = found, x
+            if every == 1 and iteration % (5 if many else 10) == 0 and (now := index(cost.split(x))) < lowest:
+                lowest, best = now, x
             if many and every > 1:
                 return cost.last_value < _SMALL_THINNED
             return cost.last_value < _SMALL_ENOUGH or (many and lowest < _EVEN_ENOUGH)
 
-        step = 0.02 if first else 1e-3
+        step = 0.02 if found is None else 1e-3
         found = minimise(
             cost.value_and_gradient,
             phases,
@@ -83,8 +89,9 @@ def optimise_within(
             first_step=step * float(np.sqrt(phases.size)),
             tolerance=1e-4,
             enough=enough,
+            pairs=found.pairs if found is not None and many else (),
         )
-        phases, first = found.x, False
+        phases = found.x
     reached = index(cost.split(phases))
     return (cost.split(phases), reached) if reached < lowest else (cost.split(best), lowest)
 
@@ -99,7 +106,8 @@ def _stages(tones: Sequence[Multitone], grid: Sequence[int], iterations: int | N
     left = max(1, limit - start)
     if every == 1:
         return coarse, Stage(modes=fine, every=1, iterations=left)
-    return coarse, Stage(modes=fine, every=every, iterations=left), Stage(modes=fine, every=1, iterations=left)
+    thinned = min(fine, _MODES_THINNED) if tones[0].period_samples >= _MANY else fine
+    return coarse, Stage(modes=thinned, every=every, iterations=left), Stage(modes=fine, every=1, iterations=left)
 
 
 def _thinning(tones: Sequence[Multitone]) -> int:
@@ -108,6 +116,15 @@ def _thinning(tones: Sequence[Multitone]) -> int:
     while samples % (2 * every) == 0 and samples // (2 * every) >= max(_FEWEST_THINNED, 2.1 * highest):
         every *= 2
     return every
+
+
+def _step_of(limit: SoftLimit, tones: Sequence[Multitone], every: int) -> int:
+    """Largest step through samples thinned by ``every`` that leaves four to a period of the limit's highest line."""
+    motion, step = tones[limit.axis.tones], 1
+    samples, highest = motion.period_samples // every, int(motion.lines.max())
+    while samples % (2 * step) == 0 and samples // (2 * step) >= 4 * highest:
+        step *= 2
+    return step
 
 
 def _modes(count: int, grid: Sequence[int], disc: tuple[int, int] | None) -> Modes:

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Minimum", "minimise"]
+__all__ = ["Minimum", "Pairs", "minimise"]
 
 Vector: TypeAlias = NDArray[np.float64]
+Pairs: TypeAlias = Sequence[tuple[Vector, Vector, float]]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Minimum:
     """Where the search ended and why: "converged", "iterations" (none left), "flat" (no descent found) or "enough"
     (the caller's criterion).
@@ -26,6 +27,7 @@ class Minimum:
     iterations: int
     evaluations: int
     reason: str
+    pairs: Pairs  # steps, changes of the gradient and their products: what the search learned of the curvature
 
 
 def minimise(
@@ -37,13 +39,14 @@ def minimise(
     memory: int = 20,
     tolerance: float = 1e-9,
     enough: Callable[[int, Vector], bool] | None = None,
+    pairs: Pairs = (),
 ) -> Minimum:
     """A local minimum of ``function``, which gives value and gradient, by the two-loop recursion.
 
-    ``first_step``: length of the first step, unit of x. Ends when the value falls by less than ``tolerance``
-    of itself in one iteration, or when ``enough(iteration, x)`` says so. The line search halves by a
-    safeguarded parabola until the value falls by 1e-4 of the decrease predicted by the slope, and lengthens the
-    step once while the slope is still steep.
+    ``first_step``: length of the first step, unit of x, where no ``pairs`` of an earlier search of nearly the same
+    function tell it. Ends when the value falls by less than ``tolerance`` of itself in one iteration, or when
+    ``enough(iteration, x)`` says so. The line search halves by a safeguarded parabola until the value falls by 1e-4 of
+    the decrease predicted by the slope, and lengthens the step once while the slope is still steep.
 
     References
     ----------
@@ -51,36 +54,36 @@ def minimise(
     """
     x = start
     value, gradient = function(x)
-    pairs: deque[tuple[Vector, Vector, float]] = deque(maxlen=memory)
+    known = deque(pairs, maxlen=memory)
     evaluations = 1
     for iteration in range(1, iterations + 1):
-        direction = _direction(gradient, pairs, first_step)
+        direction = _direction(gradient, known, first_step)
         slope = _dot(gradient, direction)
         if not slope < 0.0:
-            pairs.clear()
-            direction = _direction(gradient, pairs, first_step)
+            known.clear()
+            direction = _direction(gradient, known, first_step)
             slope = _dot(gradient, direction)
             if not slope < 0.0:
-                return Minimum(x=x, value=value, iterations=iteration, evaluations=evaluations, reason="flat")
+                return Minimum(x, value, iteration, evaluations, "flat", known)
         found = _line_search(function, x, value, direction, slope)
         evaluations += found[3]
         new_x, new_value, new_gradient = found[:3]
         if not new_value < value:
-            if not pairs:
-                return Minimum(x=x, value=value, iterations=iteration, evaluations=evaluations, reason="flat")
-            pairs.clear()
+            if not known:
+                return Minimum(x, value, iteration, evaluations, "flat", known)
+            known.clear()
             continue
         step, change = new_x - x, new_gradient - gradient
         curvature = _dot(step, change)
         if curvature > 1e-12 * _dot(change, change):
-            pairs.append((step, change, curvature))
+            known.append((step, change, curvature))
         fell = value - new_value
         x, value, gradient = new_x, new_value, new_gradient
         if fell <= tolerance * abs(value):
-            return Minimum(x=x, value=value, iterations=iteration, evaluations=evaluations, reason="converged")
+            return Minimum(x, value, iteration, evaluations, "converged", known)
         if enough is not None and enough(iteration, x):
-            return Minimum(x=x, value=value, iterations=iteration, evaluations=evaluations, reason="enough")
-    return Minimum(x=x, value=value, iterations=iterations, evaluations=evaluations, reason="iterations")
+            return Minimum(x, value, iteration, evaluations, "enough", known)
+    return Minimum(x, value, iterations, evaluations, "iterations", known)
 
 
 def _dot(a: Vector, b: Vector) -> float:

@@ -18,10 +18,12 @@ def guesses(name: str, scales: Scales) -> list[Element]:
     return [_first(name, values, scales) for values in starts(scales)] if starts is not None else []
 
 
-def richer_starts(simpler: Element, name: str, growth: Growth, scales: Scales) -> list[Element]:
-    """Elements of a richer name that start out of a simpler one that fits, and are as fine where it is."""
-    finer = {s.name: p for s, p in zip(simpler.spec.parameters, simpler.parameters, strict=True) if s.refinement}
-    return [_with(_first(name, values, scales), finer) for values in growth.starts(simpler.values(), scales)]
+def starts_out_of(fitted: Element, name: str, growth: Growth, scales: Scales) -> list[Element]:
+    """Elements of a name that start out of another one that fits, and are as fine where it is."""
+    own = {s.name for s in CATALOGUE[name].parameters}
+    pairs = zip(fitted.spec.parameters, fitted.parameters, strict=True)
+    finer = {s.name: p for s, p in pairs if s.refinement and s.name in own}
+    return [_with(_first(name, values, scales), finer) for values in growth.starts(fitted.values(), scales)]
 
 
 def _first(name: str, values: Values, scales: Scales) -> Element:

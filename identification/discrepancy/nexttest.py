@@ -123,18 +123,17 @@ def library(records: Sequence[Record]) -> list[Mapping[str, Any]]:
     rate = 1.0 / min(r.dt for r in records)
     stroke = 0.5 * max(float(np.ptp(r.motion.x[r.window])) for r in records)
     speed = max(float(np.max(np.abs(r.motion.v[r.window]))) for r in records)
-    currents = [c for r in records if r.has_current for c in (r.motion.i[r.window].min(), r.motion.i[r.window].max())]
-    levels: list[float | None] = [None] if not currents else [float(min(currents)), float(max(currents))]
+    levels = _levels(records)
     designs: list[Mapping[str, Any]] = []
     for part in (0.15, 0.5, 1.0):
         top = speed / (2.0 * np.pi * part * stroke)
         for fraction in (0.03, 0.2, 0.95):
             frequency = min(fraction * top, rate / 20.0)
-            for level in levels:
+            for level in levels or (None,):
                 designs.append(_design(Kind.SINE, rate, part * stroke, frequency, level))
                 designs.append(_design(Kind.TRIANGLE, rate, part * stroke, 0.6 * frequency, level))
-    if len(levels) == 2 and levels[0] is not None and levels[1] is not None:
-        steps = [float(q) for q in np.linspace(levels[0], levels[1], 4)]
+    if len(levels) == 2:
+        steps = [float(q) for q in np.linspace(levels[0], levels[-1], 4)]
         designs += [
             {
                 "name": "next", "kind": str(Kind.STEPS), "sample_rate": rate, "amplitude": 0.7 * stroke,
@@ -143,6 +142,17 @@ def library(records: Sequence[Record]) -> list[Mapping[str, Any]]:
             }
         ]  # fmt: skip
     return designs
+
+
+def _levels(records: Sequence[Record]) -> list[float]:
+    """The least and the largest current of the records; one where it is constant, none without one."""
+    currents = [r.motion.i[r.window] for r in records if r.has_current]
+    if not currents:
+        return []
+    low, high = min(float(c.min()) for c in currents), max(float(c.max()) for c in currents)
+    if high - low <= TEXT.steady * max(abs(low), abs(high)):
+        return [float(np.mean(np.concatenate(currents)))]
+    return [low, high]
 
 
 def _design(kind: Kind, rate: float, amplitude: float, frequency: float, level: float | None) -> dict[str, Any]:

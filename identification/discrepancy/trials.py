@@ -11,13 +11,13 @@ import numpy as np
 
 from identification.compute import run
 from identification.criteria import BUDGET, CHANCE, FORM
-from identification.discrepancy.candidates import admissible, guesses, richer_starts
+from identification.discrepancy.candidates import admissible, guesses, starts_out_of
 from identification.discrepancy.excess import contribution, excess_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import refine_curve
-from identification.physical.elements import Curve, ElementSpec, Surroundings
+from identification.physical.elements import CATALOGUE, Curve, ElementSpec, Growth, Surroundings
 from identification.physical.model import Element, Model
 from identification.record import Record
 from identification.scales import scales_of
@@ -129,7 +129,8 @@ def trials(
     before, best = _excess_on(start, records, few), excess_of(leader)
     round_ = _Round(start=start, given=given, records=records, few=few, before=before, best=best)
     found = [t for t in run(partial(_fit_candidate, its=round_), candidates) if t is not None]
-    return [_fit_from_simpler(t, found, start, records, few) if contradicts_itself(t) else t for t in found]
+    found = [_fit_from_simpler(t, found, round_) if contradicts_itself(t) else t for t in found]
+    return _with_limits(found, round_, excluded)
 
 
 def _fitted_starts(incumbent: str | None, beside: Model | None, guess: Element) -> list[Model]:
@@ -139,20 +140,46 @@ def _fitted_starts(incumbent: str | None, beside: Model | None, guess: Element) 
     return [beside if guess.id == incumbent else beside.without(incumbent).with_element(guess)]
 
 
-def _fit_from_simpler(
-    denied: Trial, found: Sequence[Trial], start: Fit, records: Sequence[Record], few: Sequence[Record]
-) -> Trial:
+def _fit_from_simpler(denied: Trial, found: Sequence[Trial], its: _Round) -> Trial:
     """Repeat a trial that contradicts its name from the simpler element that fits, where there is one."""
     growth = denied.own.spec.growth
     simpler = [t for t in found if growth is not None and t.name == growth.of]
-    if growth is None or not simpler:
-        return denied
-    richer = richer_starts(simpler[0].own, denied.name, growth, scales_of(records, _rms_gap(start, records)))
-    starts = [simpler[0].fit.model.replacing(simpler[0].id, replace(e, id=denied.id)) for e in richer]
-    short_fits = _completed_short_fits(starts, few)
-    fits = _continue_fits(short_fits, records, BUDGET.fit_iterations) if short_fits else []
-    best = min(fits, key=_merit, default=denied.fit)
-    return denied if _merit(best)[0] else trial_of(best, denied.id, start, records, denied.screened)
+    again = _fit_out_of(simpler[0], growth, denied.name, its) if growth is not None and simpler else None
+    return denied if again is None or contradicts_itself(again) else again
+
+
+def _with_limits(found: list[Trial], its: _Round, excluded: Collection[str]) -> list[Trial]:
+    """The trials and, as long as the choice is a richer element, those of its limits that start out of its fit and are
+    no worse than it: then the richer one says nothing more.
+
+    A signature promises little where no first value is near: a limit of the element that fits has its values.
+    """
+    tried: set[str] = set()
+    while (chosen := choose(found)) is not None and chosen.name not in tried:
+        tried.add(chosen.name)
+        for name, growth in _limits_of(chosen.name):
+            limit = None if name in excluded else _fit_out_of(chosen, growth, name, its)
+            if limit is not None and limit.excess <= chosen.excess + CHANCE.slack:
+                found = [*(t for t in found if t.name != name), limit]
+    return found
+
+
+def _limits_of(name: str) -> list[tuple[str, Growth]]:
+    """The elements that the search may name and that are limits of the one of that name, and how."""
+    rows = [(other, spec) for other, spec in CATALOGUE.items() if spec.nameable]
+    return [(other, growth) for other, spec in rows for growth in spec.limits_of if growth.of == name]
+
+
+def _fit_out_of(fitted: Trial, growth: Growth, name: str, its: _Round) -> Trial | None:
+    """The trial of an element of that name that starts out of another one that fits; None where it can't run."""
+    scales = scales_of(its.records, _rms_gap(its.start, its.records))
+    new = [its.start.model.numbered(e) for e in starts_out_of(fitted.own, name, growth, scales)]
+    starts = [fitted.fit.model.replacing(fitted.id, e) for e in new]
+    short_fits = _completed_short_fits(starts, its.few)
+    fits = _continue_fits(short_fits, its.records, BUDGET.fit_iterations) if short_fits else []
+    if not fits:
+        return None
+    return trial_of(min(fits, key=_merit), new[0].id, its.start, its.records, fitted.screened)
 
 
 def _shortlist(

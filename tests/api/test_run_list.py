@@ -207,7 +207,7 @@ def test_a_plan_file_is_a_design(client: httpx.Client, tmp_path: Path) -> None:
     [
         (b"[[tests]]\nname = 2026-11-23\n", "not JSON serializable"),
         (b"[[tests]]\namplitude = nan\n", "NaN"),
-        (b"x = " + b"[" * 50_000, "recursion"),
+        (b"x = " + b"[" * 50_000, "nested too deep"),
         (b"tests = 3\n", "must be a list"),
         (b"tests = []\n", "1 … 500"),
         (b"tests = []\nsecret = 1\n", "secret"),

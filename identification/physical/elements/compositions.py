@@ -10,6 +10,8 @@ Rows = Sequence[tuple[str, Mapping[str, float]]]
 _SPRING: Rows = [("linear_stiffness", {"k": 1e3}), ("force_offset", {"F0": 0.0})]
 
 LITERATURE: Final[Mapping[str, Rows]] = {
+    # The least that a damper may be: F = c v.
+    "linear dashpot": [("viscous_damping", {"c": 1e3})],
     # Stanway, Sproston & Stevens 1987: F = f_c sgn(v) + c0 v + f0.
     "Bingham": [("viscous_damping", {"c": 1e3}), ("coulomb_friction", {"f_c": 100.0}), _SPRING[1]],
     # Wen 1976: F = alpha h + c0 v + k0 x + f0; A = 1, since alpha and A only act as a product.

@@ -35,6 +35,30 @@ def _presliding_starts(s: Scales) -> Sequence[Values]:
     return [{"f_c": s.gap, "sigma": s.gap / (part * s.x_rms)} for part in (0.01, 0.05, 0.25)]
 
 
+def _stiff_bristles(lugre: Values, _: Scales) -> Sequence[Values]:
+    """LuGre friction whose bristles don't bend."""
+    return [{name: lugre[name] for name in ("f_c", "f_s", "w_s")}]
+
+
+def _level_bristles(lugre: Values, _: Scales) -> Sequence[Values]:
+    """LuGre friction that does not fall, as high as it is at rest or when it slides."""
+    return [{"f_c": lugre[level], "sigma": lugre["sigma0"]} for level in ("f_s", "f_c")]
+
+
+def _level(friction: Values, _: Scales) -> Sequence[Values]:
+    """A friction that is at once as high as another one is where it slides."""
+    return [{"f_c": friction["f_c"]}]
+
+
+def _first_order_loop(bouc_wen: Values, _: Scales) -> Sequence[Values]:
+    """Bouc–Wen hysteresis with n = 1 and without beta: at the same stiffness, it saturates at the same force."""
+    sigma, n = bouc_wen["alpha"] * bouc_wen["A"], bouc_wen["n"]
+    lost = bouc_wen["gamma"] + bouc_wen["beta"]
+    return (
+        [{"sigma": sigma, "f_c": bouc_wen["alpha"] * float((bouc_wen["A"] / lost) ** (1.0 / n))}] if lost > 0.0 else []
+    )
+
+
 def _bouc_wen_starts(s: Scales) -> Sequence[Values]:
     guesses = []
     for part, n in ((0.02, 1.5), (0.1, 1.5), (0.4, 1.5), (1.6, 1.0)):  # the widest loop never saturates
@@ -97,6 +121,7 @@ ROWS: Final = (
         starts=lambda s: [{"f_c": s.gap}],
         smooth_over="w_r",
         dry_friction=True,
+        limits_of=tuple(Growth(of=name, starts=_level) for name in ("presliding_friction", "stribeck_friction")),
     ),
     ElementSpec(
         name="stribeck_friction",
@@ -114,6 +139,7 @@ ROWS: Final = (
         dry_friction=True,
         falls_with_speed=True,
         growth=Growth(of="coulomb_friction", starts=_falling_from),
+        limits_of=(Growth(of="lugre_friction", starts=_stiff_bristles),),
         denied=_does_not_fall,
     ),
     ElementSpec(
@@ -134,6 +160,10 @@ ROWS: Final = (
         starts=_presliding_starts,
         memory=True,
         dry_friction=True,
+        limits_of=(
+            Growth(of="lugre_friction", starts=_level_bristles),
+            Growth(of="bouc_wen", starts=_first_order_loop),
+        ),
     ),
     ElementSpec(
         name="frequency_selective_damping",

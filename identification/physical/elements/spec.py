@@ -102,9 +102,9 @@ class Departure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Growth:
-    """Where else a fit may start that has lost what the name says: out of a fitted simpler element."""
+    """Where else a fit of an element may start: out of the values of another one that has been fitted."""
 
-    of: str  # the simpler element
+    of: str  # the other element
     starts: Callable[[Values, Scales], Sequence[Values]]  # from its values; what is finer in it stays as it is
 
 
@@ -158,7 +158,8 @@ class ElementSpec:
     remanent: bool = False  # what the current was before the run still acts
     alias: Alias | None = None  # what looks the same under any motion
     departure: Departure | None = None  # when it is no effect of its own
-    growth: Growth | None = None  # where else its fit may start
+    growth: Growth | None = None  # out of a simpler element, where a fit has lost what the name says
+    limits_of: tuple[Growth, ...] = ()  # richer elements of which it is a limit: tried wherever one of these fits
     # Whether the values, beside elements of these rows, deny the name: such a fit has lost its element.
     denied: Callable[[Values, Sequence[ElementSpec]], bool] | None = None
     # Whether the values, in these surroundings, are what another element is: such a fit gets no name.
@@ -168,6 +169,11 @@ class ElementSpec:
     def path(self) -> Path:
         """Where the element stands in the model."""
         return _PATH_OF[self.family]
+
+    @property
+    def friction(self) -> bool:
+        """Whether the force follows what slides, at once or over a travel: two in one machine are one."""
+        return self.dry_friction or self.family == Family.FRICTION
 
     @property
     def modifier(self) -> bool:

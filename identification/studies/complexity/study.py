@@ -13,7 +13,8 @@ from identification.fitting import fit
 from identification.models import compare
 from identification.models.protocol import SimulationModel
 from identification.physical.elements import CATALOGUE
-from identification.physical.model import Element, Model, element
+from identification.physical.literature import literature
+from identification.physical.model import Element, Model
 from identification.studies.complexity.plan import MATTERS, Step, check_steps
 from identification.studies.complexity.result import Complexity, Indicator, Rung, Verdict
 from identification.studies.pace import Tell, silent
@@ -198,15 +199,10 @@ def _ladder(full: Model, runs: Sequence[Run]) -> list[Model]:
         found = run(_Fitted(runs), smaller)
         now = min(found, key=lambda one: one[0])[1]
         rungs.append(replace(now, name=" + ".join(now.ids)))
-    linear = fit(_linear(), runs).model
+    linear = fit(literature("linear dashpot"), runs).model
     if set(rungs[-1].ids) != set(linear.ids):
         rungs.append(linear)
     return rungs[::-1]
-
-
-def _linear() -> Model:
-    """A linear dashpot."""
-    return Model(name="linear dashpot", elements=(element("viscous_damping", {"c": 1e3}),))
 
 
 def _rungs(models: Sequence[SimulationModel], runs: Sequence[Run], steps: Sequence[Step]) -> tuple[Rung, ...]:

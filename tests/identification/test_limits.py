@@ -1,0 +1,41 @@
+"""Elements that are limits of richer ones: they start out of a fit of these, and with the same force."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from identification.discrepancy.candidates import starts_out_of
+from identification.physical.elements import CATALOGUE
+from identification.physical.model import Model, element
+from identification.physical.simulate import simulate
+from identification.scales import scales_of
+from tests.identification.motions import motion
+from tests.identification.specimens import records_with
+
+LIMITS = [
+    ("lugre_friction", {"sigma0": 1e8, "sigma1": 0.0, "f_c": 60.0, "f_s": 90.0, "w_s": 0.05}, "stribeck_friction"),
+    ("lugre_friction", {"sigma0": 2e5, "sigma1": 0.0, "f_c": 60.0, "f_s": 60.0, "w_s": 0.05}, "presliding_friction"),
+    ("bouc_wen", {"alpha": 2e5, "A": 1.0, "n": 1.0, "beta": 0.0, "gamma": 2e3}, "presliding_friction"),
+    ("presliding_friction", {"sigma": 1e9, "f_c": 60.0}, "coulomb_friction"),
+    ("stribeck_friction", {"f_c": 60.0, "f_s": 60.0, "w_s": 0.05}, "coulomb_friction"),
+]
+
+
+def test_every_limit_is_tried_here() -> None:
+    declared = {(g.of, name) for name, spec in CATALOGUE.items() for g in spec.limits_of}
+    assert {(richer, name) for richer, _, name in LIMITS} == declared
+
+
+@pytest.mark.parametrize(("richer", "values", "name"), LIMITS)
+def test_a_limit_starts_with_the_force_of_what_it_is_the_limit_of(
+    richer: str, values: dict[str, float], name: str
+) -> None:
+    fitted = element(richer, values)
+    growth = next(g for g in CATALOGUE[name].limits_of if g.of == richer)
+    scales = scales_of(records_with("coulomb_friction"), 50.0)
+    limit = starts_out_of(fitted, name, growth, scales)[0]
+    inputs = motion(2.0, 0.02)
+    wanted, has = (simulate(Model(name="m", elements=(e,)), inputs).force for e in (fitted, limit))
+    differ = np.abs(has - wanted) > 0.03 * np.max(np.abs(wanted))
+    assert np.count_nonzero(differ) <= 0.03 * wanted.size  # at the reversals a bristle turns within a few samples
