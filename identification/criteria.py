@@ -82,8 +82,9 @@ class Form:
     an element that only trades places with the base may leave four times as much."""
 
     material: float = 0.003
-    """Share of the rms force: a smaller discrepancy or tone matters to nobody. A convention, as the issue of a load
-    cell's class. Half and double: the least gap that gets a name, in runs with little noise."""
+    """Share of the force's standard deviation: a smaller discrepancy or tone matters to nobody. A preload does not
+    count: a stop of 1 % of the motion's force is seen beside it. A convention, as the issue of a load cell's class.
+    Half and double: the least gap that gets a name, in runs with little noise."""
 
     closes: float = 0.4
     """Share of the excess that a search from another start, or without the odd run, must close more to count instead.

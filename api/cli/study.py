@@ -6,6 +6,7 @@ import typer
 
 from api.cli.study_complexity import complexity
 from api.cli.study_explore import explore
+from api.cli.study_own import own
 from api.cli.study_range import range_
 from api.cli.study_realtime import realtime
 from api.cli.study_sensitivity import sensitivity
@@ -25,6 +26,7 @@ study.command()(complexity)
 study.command()(vehicle)
 study.command()(seat)
 study.command()(bogie)
+study.command()(own)
 study.command()(worth)
 study.command("range")(range_)
 study.command()(realtime)

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
 from api.cli.options import AsJson
 from api.cli.places import to_file
 
 if TYPE_CHECKING:
-    from identification.models import SimulationModel
+    from identification.models import Choice, SimulationModel
     from identification.studies.vehicle.choice import Setting
 
 __all__ = ["Config", "Current", "Page", "Step", "bogie", "check_page", "models_of", "seat", "settings", "vehicle"]
@@ -34,6 +35,9 @@ def vehicle(
     *,
     output: Page,
     config: Config = None,
+    fmu_input: FmuInput = None,
+    fmu_output: FmuOutput = "",
+    fmu_set: FmuSet = None,
     road: Annotated[str | None, typer.Option(metavar="A … H", help="Class of the road, ISO 8608; else C.")] = None,
     speed: Annotated[float | None, typer.Option(metavar="KM/H", help="Speed of the vehicle; else 72.")] = None,
     seconds: Annotated[float | None, typer.Option(metavar="S", help="Time on the road; else 20.")] = None,
@@ -56,7 +60,8 @@ def vehicle(
         "sines_hz": _SINES_HZ if sines else None,
         "step_s": step,
     }
-    _finish(models, settings("car", config, given), output, as_json=as_json)
+    choice = fmu_choice(models, fmu_input, fmu_output, fmu_set)
+    _finish(models, settings("car", config, given), output, choice, as_json=as_json)
 
 
 def seat(
@@ -64,6 +69,9 @@ def seat(
     *,
     output: Page,
     config: Config = None,
+    fmu_input: FmuInput = None,
+    fmu_output: FmuOutput = "",
+    fmu_set: FmuSet = None,
     specimen: Annotated[
         Path | None,
         typer.Option(metavar="MODEL.json", help="The damper in the seat; else the model of each inverse itself."),
@@ -89,7 +97,8 @@ def seat(
         "passive_n_s_per_m": passive,
         "step_s": step,
     }
-    _finish(models, settings("seat", config, given), output, as_json=as_json, specimen=specimen)
+    choice = fmu_choice([*models, *([specimen] if specimen else [])], fmu_input, fmu_output, fmu_set)
+    _finish(models, settings("seat", config, given), output, choice, as_json=as_json, specimen=specimen)
 
 
 def bogie(
@@ -97,6 +106,9 @@ def bogie(
     *,
     output: Page,
     config: Config = None,
+    fmu_input: FmuInput = None,
+    fmu_output: FmuOutput = "",
+    fmu_set: FmuSet = None,
     speeds: Annotated[
         tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Speeds, km/h; else 108 432.")
     ] = None,
@@ -114,7 +126,8 @@ def bogie(
         "current": current,
         "step_s": step,
     }
-    _finish(models, settings("bogie", config, given), output, as_json=as_json)
+    choice = fmu_choice(models, fmu_input, fmu_output, fmu_set)
+    _finish(models, settings("bogie", config, given), output, choice, as_json=as_json)
 
 
 def settings(vehicle: str, config: Path | None, given: Mapping[str, Any]) -> Setting:
@@ -127,11 +140,11 @@ def settings(vehicle: str, config: Path | None, given: Mapping[str, Any]) -> Set
     return setting_of(vehicle, keys, "" if config is None else str(config))
 
 
-def models_of(paths: list[Path]) -> list[SimulationModel]:
-    """The models of some files."""
+def models_of(paths: list[Path], choice: Choice | None = None) -> list[SimulationModel]:
+    """The models of some files; `choice` connects an FMU."""
     from identification.models import load_model
 
-    return [load_model(path) for path in paths]
+    return [load_model(path, choice) for path in paths]
 
 
 def check_page(output: Path) -> None:
@@ -142,13 +155,21 @@ def check_page(output: Path) -> None:
         raise InputError(f"{output}: the study is a web page: end its name in .html")
 
 
-def _finish(models: list[Path], setting: Setting, output: Path, *, as_json: bool, specimen: Path | None = None) -> None:
+def _finish(
+    models: list[Path],
+    setting: Setting,
+    output: Path,
+    choice: Choice | None,
+    *,
+    as_json: bool,
+    specimen: Path | None = None,
+) -> None:
     """Carry a study out, write its page, and answer."""
     from api.cli.terminal import answer, progress_bar
     from identification.studies.vehicle import study_data, study_text, vehicle_study, write_study
 
     check_page(output)
-    loaded, inside = models_of(models), models_of([specimen])[0] if specimen else None
+    loaded, inside = models_of(models, choice), models_of([specimen], choice)[0] if specimen else None
     with progress_bar("study") as tell:
         found = vehicle_study(loaded, setting, specimen=inside, on_progress=tell)
     write_study(output, found)

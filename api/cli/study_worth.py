@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
 from api.cli.options import AsJson
 from api.cli.study_vehicle import Config, Current, Page, Step, check_page, models_of, settings
 
@@ -32,6 +33,9 @@ def worth(
     config: Config = None,
     current: Current = None,
     step: Step = None,
+    fmu_input: FmuInput = None,
+    fmu_output: FmuOutput = "",
+    fmu_set: FmuSet = None,
     as_json: AsJson = False,
 ) -> None:
     """The vehicle's answer with an effect and without it: comfort, transmissibility, or the critical speed.
@@ -48,7 +52,8 @@ def worth(
         raise InputError("study worth: give --base BASE.json, or --without ELEMENT")
     check_page(output)
     setting = settings(vehicle, config, {"step_s": step} | ({} if vehicle == "seat" else {"current": current}))
-    found, *others = models_of([model, *([base] if base else [])])
+    paths = [model, *([base] if base else [])]
+    found, *others = models_of(paths, fmu_choice(paths, fmu_input, fmu_output, fmu_set))
     bare = others[0] if others else left(found, without or [])
     effect = " and ".join(without) if without else _named(found, bare)
     with progress_bar("study") as tell:

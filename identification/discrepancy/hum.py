@@ -40,7 +40,7 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
     residuals = [_changing(e, r) for e, r in zip(residuals, records, strict=True)]
     sights = [_sight(r) for r in records]
     force = np.concatenate([r.measured for r in records])
-    least = FORM.material * float(np.sqrt(2.0 * np.mean(force**2)))
+    least = FORM.material * float(np.sqrt(2.0) * np.std(force))
     best: Hum | None = None
     for coarse in wanted:
         near = [_Near(e, r.motion.t[r.window], coarse) for e, r in zip(residuals, records, strict=True)]

@@ -75,6 +75,11 @@ class Search:
     before: Search | None = None  # as it was before the latest name
     dead_end: frozenset[str] | None = None  # ids of names that were tried instead without success
 
+    @property
+    def full(self) -> bool:
+        """Whether there are as many names as there may be, those of earlier searches among them."""
+        return len(self.earlier) + len(self.names) >= FORM.most_effects
+
 
 def search_from(
     state: Search, records: Sequence[Record], report: Callable[[str], None], others: Sequence[Search] = ()
@@ -86,7 +91,7 @@ def search_from(
     """
     swapped = False
     been = [s for other in others for s in (other, *(before for before, _ in steps(other)))]
-    while len(state.names) < FORM.most_effects and gap_remains(state, records):
+    while not state.full and gap_remains(state, records):
         if any(_is_at(state, other) for other in been):
             break
         report(f"{len(state.names)} named so far, the gap is {_ratio_to_noise(state):.1f} × the noise of a mean period")
@@ -107,7 +112,7 @@ def _beside_form(state: Search, records: Sequence[Record]) -> Search:
     A departure of form is no element of its own; only a curve over velocity may look like that of another one.
     """
     known = max(material_excess(records), significant_excess(records))
-    if state.excess <= known or len(state.names) == FORM.most_effects:
+    if state.excess <= known or state.full:
         return state
     curves = [name for name, spec in CATALOGUE.items() if spec.bent or spec.dry_friction]
     improved = _add_best(state, records, excluded=curves)
@@ -176,16 +181,16 @@ def drop_needless(state: Search, records: Sequence[Record]) -> Search:
 def improve_once(state: Search, records: Sequence[Record], revise: Revise | None = None) -> Search | None:
     """Add the best further name; None where none closes enough.
 
-    Two dry frictions in one machine are one of another form: where a second would be added, the step is repeated
-    without them. `revise` checks the names so far when one has been added; by default `revise_names`.
+    Two frictions in one machine, a hysteresis among them, are one of another form: where a second would be added, the
+    step is repeated without them. `revise` checks the names so far when one has been added; by default `revise_names`.
     """
     improved = _add_best(state, records, revise=revise)
-    twice = improved is not None and sum(e.spec.dry_friction for e in _named(improved)) > 1
-    return _add_best(state, records, excluded=_dry_frictions(), revise=revise) if twice else improved
+    twice = improved is not None and sum(e.spec.friction for e in _named(improved)) > 1
+    return _add_best(state, records, excluded=_frictions(), revise=revise) if twice else improved
 
 
-def _dry_frictions() -> list[str]:
-    return [name for name, spec in CATALOGUE.items() if spec.dry_friction]
+def _frictions() -> list[str]:
+    return [name for name, spec in CATALOGUE.items() if spec.friction]
 
 
 def _named(state: Search) -> list[Element]:
@@ -290,7 +295,7 @@ def repeat_trials(
 ) -> Search:
     """Try a name again beside the others: drop it, keep it, or put a better one in its place.
 
-    `trials` are made as by the function of this name. Beside a dry friction no other one is put in its place.
+    `trials` are made as by the function of this name. Beside a friction no other one is put in its place.
     """
     rest = fit_without(state.fit, name, records)
     if rest is None:
@@ -298,10 +303,10 @@ def repeat_trials(
     form = FORM.tolerance**2 * contribution(state.fit.model, name, records)
     if excess_of(rest) <= state.excess + form + CHANCE.slack:
         return _drop(state, name, rest)
-    beside_dry = any(e.spec.dry_friction for e in _named(state) if e.id != name)
+    beside_friction = any(e.spec.friction for e in _named(state) if e.id != name)
     tried = trials(
         rest, _given_with_names(state).without(name), records, incumbent=name, beside=state.fit.model,
-        excluded=[n for n in _dry_frictions() if n != name_of(name)] if beside_dry else (),
+        excluded=[n for n in _frictions() if n != name_of(name)] if beside_friction else (),
     )  # fmt: skip
     found = [_replace_stuck(t, state, rest, records) if t.id == name else t for t in tried]
     own = choose([t for t in found if t.id == name])

@@ -16,15 +16,23 @@ from identification.scales import scales_of
 def refine_curve(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     """The fit with the finer shape of one element free, where it has one and the data show it; else as it is.
 
-    A gain on the current is no finer shape.
+    Then the same with its gain on the current: how large the effect is may follow the current as the base does.
     """
     own = fit.model.elements[index]
-    finer = [k for k, (s, p) in enumerate(zip(own.spec.parameters, own.parameters, strict=True))
-             if s.refinement and not s.gain and p.fixed]  # fmt: skip
+    shape = [k for k, s in enumerate(own.spec.parameters) if s.refinement and not s.gain]
+    if shape:
+        fit = _freed(fit, index, shape, _start({own.spec.parameters[k].unit for k in shape}, records, fit.rms), records)
+    gains = [k for k, s in enumerate(own.spec.parameters) if s.refinement and s.gain]
+    return _freed(fit, index, gains, Parameter(value=0.0), records) if any(r.has_current for r in records) else fit
+
+
+def _freed(fit: Fit, index: int, numbers: Sequence[int], free: Parameter, records: Sequence[Record]) -> Fit:
+    """The fit with some parameters of one element free, where it is clearly the better."""
+    own = fit.model.elements[index]
+    finer = [k for k in numbers if own.parameters[k].fixed]
     excess = fit.chi2 - fit.samples
     if not finer or excess < CHANCE.at_noise * fit.samples:
         return fit
-    free = _start({own.spec.parameters[k].unit for k in finer}, records, fit.rms)
     parameters = tuple(free if k in finer else p for k, p in enumerate(own.parameters))
     elements = list(fit.model.elements)
     elements[index] = replace(own, parameters=parameters)

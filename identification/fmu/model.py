@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import IdentificationError, ModelError
+from identification.fmu.live_process import LiveProcess
 from identification.fmu.process import ForeignProcess
-from identification.fmu.simulate import Task, forces, opened
+from identification.fmu.simulate import Described, Task, described, forces, opened
+from identification.fmu.stepping import FmuStepper
 from identification.fmu.wiring import Wire, Wiring
 from identification.models.choice import Choice
 from identification.models.motion import Motion
@@ -40,6 +42,12 @@ class FmuModel:
     wiring: Wiring
     process: ForeignProcess = field(repr=False, compare=False)
     patience: Patience = Patience()
+    live: LiveProcess = field(repr=False, compare=False)
+
+    @property
+    def foresees(self) -> bool:
+        """Whether a step can be taken back, so that the force for another motion can be asked for."""
+        return self.wiring.back
 
     @property
     def name(self) -> str:
@@ -85,17 +93,30 @@ class FmuModel:
         patience_s = max(self.patience.least_s, self.patience.times * motion.x.size * motion.dt)
         return self.process.ask(forces, task, patience_s)
 
+    def stepper(self, dt: float) -> FmuStepper:
+        """A damper of its own at the step `dt`, s; raises SimulationError where the FMU cannot begin."""
+        live = LiveProcess(self.name, self.patience.least_s) if self.wiring.once else self.live
+        return FmuStepper(self.path, self.wiring, dt, live)
+
     def close(self) -> None:
-        """End the FMU's process."""
+        """End the FMU's processes."""
         self.process.close()
+        self.live.close()
+
+
+def describe_fmu(path: Path, patience: Patience | None = None) -> Described:
+    """What is in an FMU that need not be a damper; raises ModelError, one line that names the file."""
+    _check_there(path)
+    process = ForeignProcess(path.name)
+    try:
+        return process.ask(described, path, (patience or Patience()).open_s)
+    finally:
+        process.close()
 
 
 def open_fmu(path: Path, choice: Choice | None = None, *, patience: Patience | None = None) -> FmuModel:
     """The FMU of a file, its variables connected; raises ModelError, one line that names the file."""
-    if find_spec("fmpy") is None:
-        raise ModelError(f"{path}: FMUs need the package fmpy: pip install 'damper-rig[fmu]'")
-    if not path.is_file():
-        raise ModelError(f"{path}: can't be read (no such file): give an FMU")
+    _check_there(path)
     patience = patience or Patience()
     process = ForeignProcess(path.name)
     try:
@@ -103,7 +124,15 @@ def open_fmu(path: Path, choice: Choice | None = None, *, patience: Patience | N
     except IdentificationError:
         process.close()
         raise
-    return FmuModel(path=path, wiring=wiring, process=process, patience=patience)
+    live = LiveProcess(path.name, patience.least_s)
+    return FmuModel(path=path, wiring=wiring, process=process, patience=patience, live=live)
+
+
+def _check_there(path: Path) -> None:
+    if find_spec("fmpy") is None:
+        raise ModelError(f"{path}: FMUs need the package fmpy: pip install 'damper-rig[fmu]'")
+    if not path.is_file():
+        raise ModelError(f"{path}: can't be read (no such file): give an FMU")
 
 
 def with_fmu(

@@ -12,7 +12,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from identification.errors import SimulationError
 
@@ -31,6 +31,10 @@ class ForeignProcess:
     def __init__(self, label: str) -> None:
         self._label = label
         self._running: _Running | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Another process starts its own."""
+        return ForeignProcess, (self._label,)
 
     def ask(self, function: Callable[[Task], Answer], task: Task, patience_s: float) -> Answer:
         """The value of `function` for `task`, computed in the other process.
@@ -66,7 +70,7 @@ class _Running:
         folder = Path(mkdtemp(prefix="foreign-"))
         self._said = folder / "said"
         self._said.touch()
-        self.pool = ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_quiet, initargs=(self._said,))
+        self.pool = ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=quiet, initargs=(self._said,))
         self.end = weakref.finalize(self, _end, self.pool, folder)
         self.pid = self.pool.submit(os.getpid).result(START_S)
 
@@ -82,7 +86,7 @@ def _end(pool: ProcessPoolExecutor, folder: Path) -> None:
     rmtree(folder, ignore_errors=True)
 
 
-def _quiet(said: Path) -> None:
+def quiet(said: Path) -> None:
     """Redirect what foreign code prints into a file: standard output is for the answer."""
     handle = os.open(said, os.O_WRONLY | os.O_APPEND)
     os.dup2(handle, 1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import ModelError, SimulationError
+from identification.fmu.abilities import Can, can
 from identification.fmu.wiring import DIMENSIONS, Variable, Wiring, wired
 from identification.models.choice import Choice
 
 Floats = NDArray[np.float64]
 
-_TOLERANCE = 1e-8  # of the solver of model exchange: its default of 1e-4 gives a lag of nearly a millisecond
+TOLERANCE = 1e-8  # of the solver of model exchange: its default of 1e-4 gives a lag of nearly a millisecond
 SUBSTEPS = 4  # of a sample: an input is held through each, which delays its integral by half of one
 _SPELLED = {  # unit: what it measures, SI units in one, offset
     "m": ("displacement", 1.0, 0.0), "mm": ("displacement", 1e-3, 0.0), "cm": ("displacement", 1e-2, 0.0),
@@ -25,11 +26,31 @@ _SPELLED = {  # unit: what it measures, SI units in one, offset
 }  # fmt: skip
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Described:
+    """The variables of an FMU that matter here, the names of all, and what it can do."""
+
+    inputs: tuple[Variable, ...]
+    outputs: tuple[Variable, ...]
+    names: tuple[str, ...]
+    can: Can
+
+
 def opened(asked: tuple[Path, Choice]) -> Wiring:
-    """In the other process: read the description and connect it; raises ModelError."""
+    """In the other process: read the description of a damper and connect it; raises ModelError."""
+    path, choice = asked
+    found = described(path)
+    try:
+        wiring = wired(found.inputs, found.outputs, found.names, choice)
+    except ModelError as error:
+        raise ModelError(f"{path}: {error}") from error
+    return replace(wiring, back=found.can.back, once=found.can.once)
+
+
+def described(path: Path) -> Described:
+    """In the other process: the description of an FMU that runs on this machine; raises ModelError."""
     import fmpy
 
-    path, choice = asked
     try:
         description = fmpy.read_model_description(path)
         platforms = fmpy.supported_platforms(path)
@@ -45,13 +66,12 @@ def opened(asked: tuple[Path, Choice]) -> Wiring:
     # Any: fmpy's variables carry no types
     variables: list[Any] = description.modelVariables
     of = {
-        causality: [_variable(v, description) for v in variables if v.causality == causality]
+        causality: tuple(_variable(v, description) for v in variables if v.causality == causality)
         for causality in ("input", "output")
     }
-    try:
-        return wired(of["input"], of["output"], [v.name for v in variables], choice)
-    except ModelError as error:
-        raise ModelError(f"{path}: {error}") from error
+    return Described(
+        inputs=of["input"], outputs=of["output"], names=tuple(v.name for v in variables), can=can(description)
+    )
 
 
 def _variable(found: Any, description: Any) -> Variable:
@@ -90,7 +110,7 @@ def forces(task: Task) -> Floats:
 
     description = fmpy.read_model_description(task.path)
     together = description.coSimulation is not None
-    fine = _substeps(description, task.dt) if together else SUBSTEPS
+    fine = substeps_of(description, task.dt) if together else SUBSTEPS
     step, count = task.dt / fine, task.values[0].size
     time = np.arange((count - 1) * fine + 1, dtype=np.float64) * np.float64(step)
     reached = [0.0]
@@ -107,7 +127,7 @@ def forces(task: Task) -> Floats:
             stop_time=float(time[-1]),
             output_interval=step,
             fmi_type="CoSimulation" if together else "ModelExchange",
-            relative_tolerance=None if together else _TOLERANCE,
+            relative_tolerance=None if together else TOLERANCE,
             record_events=False,
             start_values=dict(task.wiring.parameters),
             input=_input_table(task, time, step if together else 0.0),
@@ -126,7 +146,7 @@ def forces(task: Task) -> Floats:
     return np.asarray(factor * force + offset, dtype=np.float64)
 
 
-def _substeps(description: Any, dt: float) -> int:
+def substeps_of(description: Any, dt: float) -> int:
     """Steps of co-simulation per sample, by the fixed step of the FMU. Any: fmpy carries no types."""
     fixed = description.coSimulation.fixedInternalStepSize
     if not fixed:

@@ -63,11 +63,16 @@ class Wire:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wiring:
-    """The inputs and the force of the FMU, and the values of its parameters."""
+    """The inputs and the force of the FMU, and the values of its parameters.
+
+    `back`: a step can be taken back; `once`: a process can hold one instance only.
+    """
 
     inputs: tuple[Wire, ...]
     force: Wire
     parameters: Mapping[str, str]
+    back: bool = False
+    once: bool = False
 
 
 def wired(inputs: Sequence[Variable], outputs: Sequence[Variable], known: Sequence[str], choice: Choice) -> Wiring:

@@ -54,3 +54,8 @@ def steppable(model: SimulationModel) -> Steppable:
     if not isinstance(model, Steppable):
         raise DataError(f"'{model.name}', of the kind {model.kind}, can't be taken from sample to sample")
     return model
+
+
+def foresees(one: object) -> bool:
+    """Whether `force` of a stepper, or of a model's steppers, is its answer; where it is a guess, `advance` is."""
+    return bool(getattr(one, "foresees", True))

@@ -12,7 +12,7 @@ from typing import IO
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.compiled import digest
+from excitation.kernel_cache import digest
 from identification.compute import finished
 from identification.errors import OutputError
 from identification.studies.pace import Tell, with_time_left

@@ -18,6 +18,7 @@ READ = {  # parameters that name what is there already; every other one that tak
 ALSO_READ = {("campaign submit", "file"), ("iterate", "file"), ("rig calibration", "file"), ("recover", "directory")}
 ALSO_READ |= {("study complexity", name) for name in ("--beside", "--feasible", "--plan")}
 ALSO_READ |= {("study range", "--trained"), ("study range", "service")}
+ALSO_READ |= {("study own", name) for name in ("--fmu", "--wiring")}
 ALSO_READ |= {("study seat", "--specimen"), ("study sensitivity", "--at")}
 ALSO_READ |= {("store restore", "file"), ("store check", "file")}
 OF_A_SERVICE = "--data"  # the folder of its store, tried when it is opened: test_command_line.py

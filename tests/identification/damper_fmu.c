@@ -52,7 +52,14 @@ int fmi2DoStep(Part p, Real t, Real h, int keep) {
 }
 #define NOT(name) int name(void) { return ERROR; }
 NOT(fmi2GetInteger) NOT(fmi2GetBoolean) NOT(fmi2GetString) NOT(fmi2SetInteger) NOT(fmi2SetBoolean) NOT(fmi2SetString)
-NOT(fmi2GetFMUstate) NOT(fmi2SetFMUstate) NOT(fmi2FreeFMUstate) NOT(fmi2SerializedFMUstateSize)
+int fmi2GetFMUstate(Part p, Part* state) {
+  if (!*state) *state = malloc(sizeof(Damper));
+  memcpy(*state, p, sizeof(Damper));
+  return OK;
+}
+int fmi2SetFMUstate(Part p, Part state) { memcpy(p, state, sizeof(Damper)); return OK; }
+int fmi2FreeFMUstate(Part p, Part* state) { free(*state); *state = NULL; return OK; }
+NOT(fmi2SerializedFMUstateSize)
 NOT(fmi2SerializeFMUstate) NOT(fmi2DeSerializeFMUstate) NOT(fmi2GetDirectionalDerivative)
 NOT(fmi2SetRealInputDerivatives) NOT(fmi2GetRealOutputDerivatives) NOT(fmi2CancelStep) NOT(fmi2GetStatus)
 NOT(fmi2GetRealStatus) NOT(fmi2GetIntegerStatus) NOT(fmi2GetBooleanStatus) NOT(fmi2GetStringStatus)

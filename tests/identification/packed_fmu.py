@@ -35,31 +35,38 @@ def variables(force: str, inputs: Inputs = INPUTS) -> str:
     return "".join(f"{line}</ScalarVariable>" for line in lines)
 
 
-def description(force: str, inputs: Inputs = INPUTS) -> str:
+def description(force: str, inputs: Inputs = INPUTS, *, back: bool = False) -> str:
     known = variables(force, inputs)
     last = len(inputs) + len(PARAMETERS) + 1
     output = f'<Outputs><Unknown index="{last}"/></Outputs><InitialUnknowns><Unknown index="{last}"/></InitialUnknowns>'
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="damper" guid="a damper">
-<CoSimulation modelIdentifier="damper" canHandleVariableCommunicationStepSize="true"/>{UNITS}
+<CoSimulation modelIdentifier="damper" canHandleVariableCommunicationStepSize="true"
+canGetAndSetFMUstate="{str(back).lower()}"/>{UNITS}
 <ModelVariables>{known}</ModelVariables><ModelStructure>{output}</ModelStructure></fmiModelDescription>"""
 
 
 def packed(
-    path: Path, library: Path, *, force: str = "axial", platform: str = fmpy.platform, inputs: Inputs = INPUTS
+    path: Path,
+    library: Path,
+    *,
+    force: str = "axial",
+    platform: str = fmpy.platform,
+    inputs: Inputs = INPUTS,
+    back: bool = False,
 ) -> Path:
     with zipfile.ZipFile(path, "w") as file:
-        file.writestr("modelDescription.xml", description(force, inputs))
+        file.writestr("modelDescription.xml", description(force, inputs, back=back))
         extension = fmpy.sharedLibraryExtension if platform == fmpy.platform else ".dll"
         file.write(library, f"binaries/{platform}/damper{extension}")
     return path
 
 
-def compiled(folder: Path) -> Path:
+def compiled(folder: Path, source: Path = SOURCE) -> Path:
     """Its library."""
     compiler = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
     if compiler is None:
         missing("no C compiler: put gcc on the PATH")
-    built = folder / "damper.so"
-    subprocess.run([str(compiler), "-shared", "-fPIC", "-O1", "-w", str(SOURCE), "-o", str(built), "-lm"], check=True)
+    built = folder / f"{source.stem}.so"
+    subprocess.run([str(compiler), "-shared", "-fPIC", "-O1", "-w", str(source), "-o", str(built), "-lm"], check=True)
     return built

@@ -98,7 +98,8 @@ function showList() {
 const KIND_WORDS = {
   explain: "Explanation", fit: "Fit", characterise: "Characteristic sheet", compare: "Comparison",
   analyse: "Linear part and distortion", identify: "Black-box model", explore: "Exploration of parameters",
-  sensitivity: "Sensitivity", complexity: "Complexity", vehicle: "In the vehicle", multi_axis: "Multisines of several axes",
+  sensitivity: "Sensitivity", complexity: "Complexity", vehicle: "In the vehicle", range: "Service range",
+  realtime: "Real time", multi_axis: "Multisines of several axes",
 };
 
 function titleOf(job) {

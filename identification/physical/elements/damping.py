@@ -147,8 +147,13 @@ ROWS: Final = (
         name="damping_asymmetry",
         family=Family.DAMPING,
         title="rebound–compression asymmetry",
-        equation="f = c_a·|w|",
-        parameters=(ParameterSpec("c_a", "N·s/m", UNBOUNDED, remedy=Remedy.SPEEDS),),
+        equation="f = (c_a + c_a_control·u)·|w|",
+        parameters=(
+            ParameterSpec("c_a", "N·s/m", UNBOUNDED, remedy=Remedy.SPEEDS),
+            ParameterSpec(
+                "c_a_control", "N·s/(m·A)", UNBOUNDED, default=0.0, refinement=True, gain=True, remedy=Remedy.CURRENT
+            ),
+        ),
         starts=lambda s: [{"c_a": part * s.gap / s.v_rms} for part in (1.0, _FAINT)],
     ),
     ElementSpec(

@@ -171,6 +171,11 @@ class ElementSpec:
         return _PATH_OF[self.family]
 
     @property
+    def friction(self) -> bool:
+        """Whether the force follows what slides, at once or over a travel: two in one machine are one."""
+        return self.dry_friction or self.family == Family.FRICTION
+
+    @property
     def modifier(self) -> bool:
         """Whether the element multiplies the dissipative sum."""
         return self.family == Family.MODIFIER

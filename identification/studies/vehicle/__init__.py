@@ -5,8 +5,10 @@ from identification.studies.vehicle.bogie import Bogie, RailBogie
 from identification.studies.vehicle.bogie_study import OnRail, Stability, bogie_study, stability
 from identification.studies.vehicle.choice import VEHICLES, check_vehicle_study, setting_of, vehicle_study
 from identification.studies.vehicle.comfort import Comfort, comfort
+from identification.studies.vehicle.fmu_vehicle import FmuVehicle, FmuWiring, open_vehicle
 from identification.studies.vehicle.linear import LinearVehicle, Output
 from identification.studies.vehicle.own import OwnVehicle
+from identification.studies.vehicle.own_study import OnOwn, check_own_study, own_study
 from identification.studies.vehicle.page import write_study
 from identification.studies.vehicle.protocol import Ground, Leap, Vehicle, VehicleSteps
 from identification.studies.vehicle.quarter_car import QuarterCar, quarter_car
@@ -26,10 +28,13 @@ __all__ = [
     "Control",
     "Curve",
     "Figure",
+    "FmuVehicle",
+    "FmuWiring",
     "Ground",
     "Held",
     "Leap",
     "LinearVehicle",
+    "OnOwn",
     "OnRail",
     "OnRoad",
     "OnSeat",
@@ -48,9 +53,12 @@ __all__ = [
     "Worth",
     "bogie_study",
     "by_multisine",
+    "check_own_study",
     "check_vehicle_study",
     "comfort",
     "left_training",
+    "open_vehicle",
+    "own_study",
     "quarter_car",
     "ride",
     "road_study",

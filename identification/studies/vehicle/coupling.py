@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.models.stepping import Moment, Stepper
+from identification.models.stepping import Moment, Stepper, foresees
 from identification.studies.vehicle.protocol import Leap
 
 Floats = NDArray[np.float64]
@@ -41,6 +41,7 @@ class Coupling:
         self._steppers, self._temperature = steppers, temperature
         self._slopes = [0.0] * len(steppers)  # of damper(motion(F)) by F, as the last sample had it
         self._highest = 0.0
+        self.missed = np.zeros(len(steppers))  # sum of squares, N², by which guesses were off
 
     def settle(self, leap: Leap, forces: Floats, currents: Floats) -> tuple[Floats, bool]:
         """The forces at the end of a step, (D,), N, and whether they were met; the dampers go on to there."""
@@ -58,7 +59,10 @@ class Coupling:
             met = met and forces.size == 1
         motions = leap.motions(forces)
         for k, one in enumerate(self._steppers):
-            one.advance(moment(motions[k], float(currents[k]), self._temperature))
+            answer = one.advance(moment(motions[k], float(currents[k]), self._temperature))
+            if not foresees(one):
+                self.missed[k] += (answer - forces[k]) ** 2
+                forces[k] = answer
         self._highest = max(self._highest, float(np.max(np.abs(forces))))
         return forces, met
 

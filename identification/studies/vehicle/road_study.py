@@ -13,6 +13,7 @@ from excitation.configuration import STRICT
 from excitation.road_profile import RoadClass
 from identification.errors import DataError
 from identification.models.protocol import SimulationModel
+from identification.models.stepping import foresees
 from identification.physical.model import Model
 from identification.physical.stepping import left_out
 from identification.studies.vehicle import grounds
@@ -144,6 +145,12 @@ def notes_of(model: SimulationModel, found: Ride) -> tuple[str, ...]:
         notes.append(f"{', '.join(left_out(model))} belong to the rig, not to a damper in a vehicle: left out")
     for signal, share in left_training(model, found, 0).items():
         notes.append(f"{signal} leaves the training range in {100.0 * share:.2g} % of the samples")
+    if not foresees(model):
+        share = float(np.max(found.missed / np.maximum(np.std(found.force, axis=0), 1e-12)))
+        notes.append(
+            "the FMU cannot be taken back a step: each force is guessed by its slope over velocity, and put right "
+            f"at the next sample; the guess is off by {100.0 * share:.2g} % (rms); half the --step shows what that does"
+        )
     if found.loose:
         notes.append(f"force and motion did not come to agree at {found.loose} of {found.time.size} samples")
     return tuple(notes)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identification.errors import DataError
 from identification.models.protocol import SimulationModel
-from identification.models.stepping import Moment, Stepper, steppable
+from identification.models.stepping import Moment, Stepper, foresees, steppable
 from identification.studies.vehicle.protocol import Vehicle
 
 Floats = NDArray[np.float64]
@@ -37,6 +37,11 @@ class Skyhook:
     def __post_init__(self) -> None:
         if "current" not in self.inverse.inputs:
             raise DataError(f"'{self.inverse.name}' does not depend on a current: it cannot be controlled")
+        if not foresees(self.inverse):
+            raise DataError(
+                f"'{self.inverse.name}' cannot be taken back a step, so that no current can be looked up in it: export "
+                "the FMU with canGetAndSetFMUState"
+            )
         if not self.lowest < self.highest:
             raise DataError(f"currents from {self.lowest:g} to {self.highest:g} A: the lower one comes first")
         if not (self.levels >= 2 and self.period_s > 0.0 and self.sky_n_s_per_m >= 0.0):

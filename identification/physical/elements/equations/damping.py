@@ -143,12 +143,14 @@ def relief(q, at):
 
 class Asymmetry(NamedTuple):
     c_a: float
+    c_a_control: float
 
 
 @inlined
 def asymmetry(q, at):
-    f_w = q.c_a * (1.0 if at.w > 0 else -1.0)
-    return Force(q.c_a * abs(at.w), 0.0, f_w, 0.0, 0.0, 0.0, 0.0), Asymmetry(abs(at.w))
+    c, speed = q.c_a + q.c_a_control * at.u, abs(at.w)
+    f_w = c * (1.0 if at.w > 0 else -1.0)
+    return Force(c * speed, 0.0, f_w, q.c_a_control * speed, 0.0, 0.0, 0.0), Asymmetry(speed, at.u * speed)
 
 
 class ReboundCompression(NamedTuple):
@@ -261,9 +263,9 @@ def damping(code, p, o, at, dp, wanted):
         if wanted:
             dp[o], dp[o + 1] = by
     elif code == _ASYMMETRY:
-        force, by = asymmetry(Asymmetry(p[o]), at)
+        force, by = asymmetry(Asymmetry(p[o], p[o + 1]), at)
         if wanted:
-            dp[o] = by.c_a
+            dp[o], dp[o + 1] = by
     elif code == _BUMP_STOP:
         force, by = hydraulic_bump_stop(BumpStop(p[o], p[o + 1]), at)
         if wanted:
