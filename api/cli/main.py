@@ -6,10 +6,12 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import cache
 from itertools import pairwise
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import typer
+import typer.main
 
 from api.cli.align import align
 from api.cli.analyse import analyse
@@ -145,10 +147,16 @@ def main(arguments: Sequence[str], *, settled: Callable[[], None] = lambda: None
     return 1
 
 
+@cache
+def _commands() -> Callable[..., Any]:  # Any: what a command returns
+    """All commands with their options, read from their functions once: a program that calls many pays for it once."""
+    return typer.main.get_command(app)
+
+
 def _ended(arguments: Sequence[str]) -> int:
     """The exit status of a command that was not interrupted; _TYPER_INTERRUPTED where typer says that it was."""
     try:
-        result = app(repeat_options(arguments), prog_name="damper-rig", standalone_mode=False)
+        result = _commands()(repeat_options(arguments), prog_name="damper-rig", standalone_mode=False)
         return result if isinstance(result, int) else 0
     except typer.Abort:
         raise
