@@ -68,7 +68,7 @@ def main(given: Sequence[str] = ()) -> int:
         tests = tests_of(specimen)
         print(f"  {label}: {tests.force.shape[0]} tests of {tests.force.shape[1]} points", flush=True)
         told("the true force", tests, tests.true, time.process_time())
-        named(tests, specimen)
+        hybrid(tests, named(tests, specimen))
         second_order(tests)
         second_order(tests, "PQRS")
         if epochs and specimen is YAW:
@@ -94,13 +94,27 @@ def tests_of(specimen: Specimen) -> Tests:
     return Tests(scaled, force / size, np.array(truth) / size, size, learned)
 
 
-def named(tests: Tests, specimen: Specimen) -> None:
-    """A model with named elements, the enriched Maxwell model, on all points of all tests."""
+def named(tests: Tests, specimen: Specimen) -> Floats:
+    """The scaled force of the enriched Maxwell model, fitted to all points of all tests."""
     runs = [_run(specimen, k, tests.size * force) for k, force in enumerate(tests.force)]
     began = time.process_time()
     model = fit(literature("enriched Maxwell"), runs).model
     force = np.array([simulate_run(model, one)[POINTS:] for one in runs])
     told("enriched Maxwell model, fitted to all points", tests, force / tests.size, began)
+    return force / tests.size
+
+
+def hybrid(tests: Tests, model: Floats) -> None:
+    """The same and a network of x, v, a and its force for what it leaves, with the weight decay of a hybrid."""
+    structure = Structure(regressors("x0 v0 a0 M0"), 12)
+    rest, began = tests.force - model, time.process_time()
+    inputs = np.ascontiguousarray(np.column_stack([tests.inputs.reshape(-1, 3), model.ravel()]))
+    size, some = float(np.std(rest)), fewer(tests)
+    net = Network(structure, 1.5 * np.array([rest.min(), rest.max()]) / size)
+    few, every = (rows(inputs[one], rest.ravel()[one] / size) for one in (some, slice(None)))
+    found = train(net, first_weights(structure, 0), few, decay=0.02, most_steps=100)
+    force = model.ravel() + size * net.simulate(found.weights, every)
+    told("the same and a network for what it leaves", tests, force, began)
 
 
 def _run(specimen: Specimen, k: int, force: Floats) -> Run:
