@@ -38,7 +38,7 @@ Floats = NDArray[np.float64]
 
 POINTS, LEARNED = 6_000, 0.8
 EPOCHS = 3_000
-NODES, DECAY, STEPS = 40, 1e-4, 1500
+NODES, DECAY, STEPS, FEW_STEPS = 40, 1e-4, 1500, 150
 SHARE = 0.15  # of the learned points: 700 a test say what 4 800 do
 STEEP = 12_017.0  # s/m: the study's own slope of the arctan, with the speed in m/s
 _TIMED = 3  # epochs over all points: their time, no result
@@ -70,7 +70,8 @@ def main(given: Sequence[str] = ()) -> int:
         told("the true force", tests, tests.true, time.process_time())
         hybrid(tests, named(tests, specimen))
         second_order(tests)
-        second_order(tests, "PQRS")
+        for steps in (FEW_STEPS, STEPS):
+            second_order(tests, "PQRS", steps)
         if epochs and specimen is YAW:
             first_order(tests, epochs)
     return 0
@@ -128,7 +129,7 @@ def _run(specimen: Specimen, k: int, force: Floats) -> Run:
     )  # fmt: skip
 
 
-def second_order(tests: Tests, stops: str = "") -> None:
+def second_order(tests: Tests, stops: str = "", steps: int = STEPS) -> None:
     """Least squares with the gradient by all weights at once; also with stop operators of the displacement."""
     structure = Structure(regressors(["x0", "v0", "a0", *(f"{symbol}0" for symbol in stops)]), NODES)
     limits = 1.5 * np.array([tests.force.min(), tests.force.max()])
@@ -137,7 +138,7 @@ def second_order(tests: Tests, stops: str = "") -> None:
     few, every = rows(inputs[some], tests.force.ravel()[some]), rows(inputs, tests.force.ravel())
     train(net, first_weights(structure, 0), few, decay=DECAY, most_steps=1)  # compiles the loops
     began = time.process_time()
-    found = train(net, first_weights(structure, 0), few, decay=DECAY, most_steps=STEPS, tolerance=1e-5)
+    found = train(net, first_weights(structure, 0), few, decay=DECAY, most_steps=steps, tolerance=1e-5)
     label = f"second order{' with stop operators' if stops else ''}, {found.steps} steps, {some.size} points"
     told(label, tests, net.simulate(found.weights, every), began)
 
