@@ -12,6 +12,7 @@ from api.jobs.explore import EXPLORE, ExploreRequest
 from api.jobs.fit import FIT, FitRequest
 from api.jobs.identify import IDENTIFY, IdentifyRequest
 from api.jobs.kind import Kind
+from api.jobs.multi_axis import MULTI_AXIS, MultiAxisRequest
 from api.jobs.realtime import REALTIME, RealtimeRequest
 from api.jobs.sensitivity import SENSITIVITY, SensitivityRequest
 from api.jobs.service_range import RANGE, RangeRequest
@@ -30,6 +31,7 @@ _ALL = (
     SENSITIVITY,
     COMPLEXITY,
     VEHICLE,
+    MULTI_AXIS,
     RANGE,
     REALTIME,
 )
@@ -45,6 +47,7 @@ AnyRequest = (
     | ExploreRequest
     | SensitivityRequest
     | ComplexityRequest
+    | MultiAxisRequest
     | RangeRequest
     | RealtimeRequest
 )

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -86,8 +87,15 @@ def test_an_analysis_is_that_of_the_command_line(
     assert set(job["files"]) == {"analysis.html", "analysis.json"}
     assert main(["analyse", str(path), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["force"] == job["result"]["force"]
-    sine = {"kind": "analyse", "runs": [sent(base, path), sent(base, folder / NAMES[0])]}
-    assert submit(base, sine).status_code == 422
+    both = done(base, {"kind": "analyse", "runs": [sent(base, path), sent(base, folder / NAMES[0])]})
+    assert len(both["result"]["levels"]) == 2  # a sine beside the multisine
+    write_run(tmp_path / "once.h5", replace(multisine_run(), period_samples=0, channels=_half_a_period()))
+    refused = submit(base, {"kind": "analyse", "runs": [sent(base, tmp_path / "once.h5")]})
+    assert (refused.status_code, "no period" in refused.text) == (422, True), refused.text
+
+
+def _half_a_period() -> dict[str, Any]:
+    return {name: values[:500] for name, values in multisine_run().channels.items()}
 
 
 def test_an_exploration_is_a_job_with_a_page_and_its_figures(base: str, tmp_path: Path) -> None:
