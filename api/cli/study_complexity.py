@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from api.cli.places import to_file
+from api.cli.places import part_of, to_file
 
 __all__ = ["complexity"]
 
@@ -44,6 +44,8 @@ def complexity(
 ) -> None:
     """What each element of a model is worth in the vehicle: measure more, keep or simplify; the ladder of models.
 
+    An interrupted study goes on where it was: what is done stands in PAGE.html.part until the page is written.
+
     Example: damper-rig study complexity model.json runs/*.h5 --plan plan.toml -o complexity.html
     """
     from api.cli.terminal import answer, progress_bar, warn
@@ -56,6 +58,7 @@ def complexity(
     from identification.studies.complexity import Plan, complexity_data, complexity_text, write_complexity
     from identification.studies.complexity import complexity as studied
     from identification.studies.complexity.feasible import read_feasible
+    from identification.studies.journal import kept
 
     if output.suffix != ".html":
         raise InputError(f"{output}: the study is a web page: end its name in .html")
@@ -65,7 +68,7 @@ def complexity(
     for step in asked.step:
         step.check(full)
     warn(measured)
-    with chosen(os.environ), progress_bar("fitting") as tell:
+    with chosen(os.environ), kept(part_of(output)), progress_bar("fitting") as tell:
         found = studied(full, measured, asked.step, matters=asked.matters, feasible=known, beside=others, tell=tell)
     write_complexity(output, found)
     if simplified is not None:

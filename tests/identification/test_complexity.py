@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -13,6 +14,7 @@ import pytest
 
 from excitation.configuration import to_spec
 from excitation.errors import DesignError
+from identification.compute import Serial, using
 from identification.errors import DataError, ModelError
 from identification.models.protocol import SimulationModel
 from identification.physical.model import Model, element
@@ -26,6 +28,7 @@ from identification.studies.complexity import (
     write_complexity,
 )
 from identification.studies.complexity.result import Rung, Verdict
+from identification.studies.journal import kept
 from rigctl.runfile import Run
 from tests.identification.maxwell_runs import sine_motion
 
@@ -163,3 +166,27 @@ def test_a_road_is_a_step_whose_output_depends_on_the_damper() -> None:
     step = RoadStep(name="stroke", output="stroke", seconds=3.0)
     soft, hard = (Model(name="m", elements=(element("viscous_damping", {"c": c}),)) for c in (800.0, 4000.0))
     assert step(soft) > step(hard)
+
+
+def test_an_interrupted_study_goes_on_where_it_was_to_the_bit(tmp_path: Path) -> None:
+    journal, told = tmp_path / "part", list[str]()
+
+    def interrupt(done: float, text: str) -> None:
+        told.append(text)
+        if len(told) == 6:
+            raise KeyboardInterrupt
+
+    with using(Serial()):
+        with pytest.raises(KeyboardInterrupt), kept(journal):
+            complexity(FULL, runs(), STEPS, tell=interrupt)
+        assert journal.stat().st_size > 500
+        again = list[str]()
+        with kept(journal):
+            answer = complexity(FULL, runs(), STEPS, tell=lambda done, text: again.append(text))
+    assert "fitting" not in again
+    assert not journal.exists()
+    data = [complexity_data(one) for one in (answer, found())]
+    for one in data:
+        for rung in one["ladder"]:
+            rung.pop("cost_s")  # the only figure that is measured
+    assert json.dumps(data[0]) == json.dumps(data[1])
