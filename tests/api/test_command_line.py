@@ -236,6 +236,14 @@ def test_help_loads_no_library_that_takes_long(tmp_path: Path) -> None:
     assert not loaded & {"numpy", "scipy", "numba", "h5py", "sqlalchemy", "fastapi", "plotly", "pandas"}
 
 
+def test_a_program_that_calls_many_commands_pays_once_for_reading_them(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["score", "absent.h5"]) == 2
+    before = time.process_time()
+    assert {main(["score", "absent.h5"]) for _ in range(20)} == {2}
+    assert time.process_time() - before < 0.5  # reading them takes 0.07 s each time
+    assert capsys.readouterr().err.count("absent.h5") == 21
+
+
 def test_a_run_of_one_sample_is_refused_before_it_is_simulated(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run = read_run(place / "run.h5")
     short = {name: values[:1] for name, values in run.channels.items()}

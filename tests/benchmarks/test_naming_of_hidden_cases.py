@@ -90,7 +90,11 @@ def run_in_units(run: Run, force: float, length: float, time: float) -> Run:
 
 
 @pytest.mark.parametrize(
-    "units", [(1e-6, 1e-3, 0.2), (1e3, 10.0, 10.0)], ids=["micronewtons at 5 kHz", "meganewtons at 100 Hz"]
+    "units",
+    [
+        pytest.param((1e-6, 1e-3, 0.2), id="micronewtons at 5 kHz"),
+        pytest.param((1e3, 10.0, 10.0), id="meganewtons at 100 Hz", marks=pytest.mark.bench),
+    ],
 )
 def test_a_name_depends_on_no_unit_and_no_scale(units: tuple[float, float, float]) -> None:
     hidden = case(12, "single")
