@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from api.cli.main import main
+from identification.multiaxis import identify_axes, write_multiaxis
 from identification.physical.model import Model, element
 from identification.physical.modelfile import write_model
 from rigctl.runfile import Run, read_run, with_channel, write_run
@@ -86,11 +87,9 @@ def test_what_cannot_be_identified_is_refused_in_one_line(
 
 
 def test_a_file_of_several_axes_is_checked_and_has_no_place_among_models_of_one(
-    place: Path, capsys: pytest.CaptureFixture[str]
+    place: Path, runs: dict[str, Run], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    given = ["identify", "multiaxis", *SINGLES, "--base", "base.json", "-o", "six.json"]
-    assert main(given) == 0
-    capsys.readouterr()
+    write_multiaxis("six.json", identify_axes([runs["together"]]))
     assert main(["compare", "six.json", "--runs", "shown.h5", "-o", "page.html"]) == 2
     assert "kind is 'multiaxis'" in capsys.readouterr().err
     assert main(["simulate", "six.json", "x.h5", "--band", "80", "-o", "out.h5"]) == 2
