@@ -50,12 +50,20 @@ def complexity(
     """
     from api.cli.terminal import answer, progress_bar, warn
     from api.errors import InputError
+    from excitation.atomic import written_whole
     from excitation.configuration import read_config, to_spec
     from identification.compute import chosen
+    from identification.errors import OutputError
     from identification.measured import read_runs
     from identification.models import load_model
     from identification.physical.modelfile import read_model, write_model
-    from identification.studies.complexity import Plan, complexity_data, complexity_text, write_complexity
+    from identification.studies.complexity import (
+        Plan,
+        complexity_data,
+        complexity_text,
+        plan_of_tests,
+        write_complexity,
+    )
     from identification.studies.complexity import complexity as studied
     from identification.studies.complexity.feasible import read_feasible
     from identification.studies.journal import kept
@@ -73,4 +81,10 @@ def complexity(
     write_complexity(output, found)
     if simplified is not None:
         write_model(simplified, found.simplified)
-    answer(f"{complexity_text(found)}\n{output}", {"file": str(output), **complexity_data(found)}, as_json=as_json)
+    tests, said = plan_of_tests(found), complexity_text(found)
+    if tests:
+        designs = output.with_name(f"{output.stem}-tests.toml")
+        with written_whole(designs, OutputError) as temporary:
+            temporary.write_text(tests, encoding="utf-8")
+        said += f"\n{designs}: the tests to measure more, for damper-rig design"
+    answer(f"{said}\n{output}", {"file": str(output), **complexity_data(found)}, as_json=as_json)

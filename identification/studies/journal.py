@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, nullcontext
 from contextvars import ContextVar
 from pathlib import Path
+from threading import Lock
 from typing import IO
 
 import numpy as np
@@ -38,6 +39,7 @@ class Journal:
         """Reads what is there."""
         self._path, self._head = path, _HEAD + digest(_SOURCES).encode() + b"\n"
         self._file: IO[bytes] | None = None
+        self._lock = Lock()
         self._done = _read(path, self._head)
 
     def get(self, key: bytes) -> Floats | None:
@@ -45,17 +47,18 @@ class Journal:
         return self._done.get(key)
 
     def add(self, key: bytes, value: Floats) -> None:
-        """Keeps a value; raises OutputError where it cannot be written."""
-        try:
-            if self._file is None:
-                self._file = self._opened()
-            self._file.write(_record(key, value))
-            self._file.flush()
-        except OSError as error:
-            raise OutputError(
-                f"{self._path}: cannot be written ({error.strerror or error}): give another place"
-            ) from error
-        self._done[key] = value
+        """Keeps a value; raises OutputError where it cannot be written. Safe to use from threads."""
+        with self._lock:
+            try:
+                if self._file is None:
+                    self._file = self._opened()
+                self._file.write(_record(key, value))
+                self._file.flush()
+            except OSError as error:
+                raise OutputError(
+                    f"{self._path}: cannot be written ({error.strerror or error}): give another place"
+                ) from error
+            self._done[key] = value
 
     def close(self) -> None:
         """Close the file; safe to call twice."""

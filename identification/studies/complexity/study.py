@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from identification.models.protocol import SimulationModel
 from identification.physical.elements import CATALOGUE
 from identification.physical.literature import literature
 from identification.physical.model import Element, Model
+from identification.studies.complexity.designed import Designed, designed_tests
 from identification.studies.complexity.plan import MATTERS, Step, check_steps
 from identification.studies.complexity.result import Complexity, Indicator, Rung, Verdict
 from identification.studies.complexity.tasks import Fits, answers
@@ -66,6 +67,9 @@ def complexity(
         share = 0.4 / len(steps)
         told = part(tell, 0.2 + k * share, 0.2 + (k + 1) * share)
         indicators += _of_step(step, full, sigmas, reduced, matters, told)
+    vague = [f"{one.element}.{one.parameter}" for one in indicators if one.verdict is Verdict.MEASURE]
+    designs = designed_tests(full, runs, list(dict.fromkeys(vague)), sigmas)
+    indicators = [_with_test(one, designs) for one in indicators]
     simplified, dropped = _simplified(full, fits, steps, indicators, matters, part(tell, 0.6, 0.7))
     ladder = _ladder(full, fits, part(tell, 0.7, 0.85))
     if all(set(one.ids) != set(simplified.ids) for one in ladder):
@@ -73,8 +77,17 @@ def complexity(
     return Complexity(
         model=full, simplified=simplified, dropped=dropped, steps=tuple(s.name for s in steps), matters=matters,
         spread="the feasible set" if feasible else "the covariance of the fit", indicators=tuple(indicators),
+        designed=tuple(designs.values()),
         ladder=_rungs(ladder, runs, steps, part(tell, 0.85, 1.0)), beside=_rungs(beside, runs, steps, silent),
     )  # fmt: skip
+
+
+def _with_test(one: Indicator, designs: Mapping[str, Designed]) -> Indicator:
+    """With the designed test in place of the kind of test, where there is one."""
+    found = designs.get(f"{one.element}.{one.parameter}") if one.verdict is Verdict.MEASURE else None
+    if found is None:
+        return one
+    return replace(one, test=f"{found.words}, which leaves {100.0 * found.left:.2g} % of the uncertainty")
 
 
 def _present(model: Model | None) -> Model:
