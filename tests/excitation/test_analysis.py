@@ -285,6 +285,9 @@ def test_a_current_that_spoils_detection_lines_is_told_of_when_designed_and_when
     assert "current excites" in told
     alike = specified("odd-random", "odd-random")
     assert spoiled_in(as_excitation(alike, random_phase(alike), "multisine")) == ()
+    assert spec.current is not None
+    huge = replace(spec, current=replace(spec.current, max_a=1e300))  # its square is no number
+    assert spoiled_in(as_excitation(huge, random_phase(huge), "multisine")) == (told,)
     found = analyse(of_spec(spec))
     assert any("current excites" in note for note in found.notes)
     assert found.levels.odd is None
