@@ -108,7 +108,7 @@ def _force_delay(s: Setting) -> list[Columns]:
 
 @compiled
 def _yielded(force, by_v, by_x, k, dt):  # type: ignore[no-untyped-def]
-    """The force behind a spring k: F + by_v·(dF/dt)/k + by_x·F/k = f, exact for straight pieces of f and a steady lag."""
+    """The force behind a spring k: F + by_v·(dF/dt)/k + by_x·F/k = f, exact for straight pieces of f, a steady lag."""
     out, state = np.zeros(force.size), force[0]
     for n in range(1, force.size):
         soft = 1.0 + max(by_x[n], 0.0) / k
@@ -120,7 +120,7 @@ def _yielded(force, by_v, by_x, k, dt):  # type: ignore[no-untyped-def]
 
 
 def _series(s: Setting) -> list[Columns]:
-    """To first order; and between two springs that give way so much of the stroke, as the base's own slopes let them."""
+    """To first order; and between two springs that yield by a part of the stroke, as the base's own slopes let them."""
     by_v, by_x = _slope(s, "v", 1e-4 * s.speed_m_s), _slope(s, "x", 1e-4 * s.stroke_m)
     level = float(np.sqrt(np.mean(s.force**2)))
     springs = [level / (q * s.stroke_m) for q in (0.003, 0.006, 0.012, 0.025, 0.05, 0.1, 0.2)] if level > 0.0 else []
@@ -135,6 +135,16 @@ def _play(s: Setting) -> list[Columns]:
     return [
         _one(-_slope(s, "v", 1e-4 * s.speed_m_s) * np.exp(-((s.force / (q * level)) ** 2)) * np.abs(slope) / level)
         for q in (0.05, 0.15)
+    ]
+
+
+def _bubbles(s: Setting) -> list[Columns]:
+    """Air that the force compresses: the deflection of the base's own slopes, q of the level where it is half gone."""
+    level = float(np.sqrt(np.mean(s.force**2)))
+    slope = np.gradient(s.force, s.dt)
+    return [
+        _one(-_slope(s, "v", 1e-4 * s.speed_m_s) * slope / (1.0 + np.abs(s.force) / (q * level)) ** 2)
+        for q in (0.03, 0.1, 0.3, 1.0)
     ]
 
 
@@ -258,7 +268,8 @@ ADDED: Mapping[str, Callable[[Setting], list[Columns]]] = {
     "tanh_hysteresis": _yielding,
     "bouc_wen": _hysteresis,
     "presliding_friction": lambda s: [
-        _one(_sliding(s.seen.x, s.seen.v, s.dt, q * s.stroke_m)) for q in (0.00003, 0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.1)
+        _one(_sliding(s.seen.x, s.seen.v, s.dt, q * s.stroke_m))
+        for q in (0.00003, 0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.1)
     ],
     "coulomb_friction": lambda s: [_one(np.sign(s.seen.v))],
     "stribeck_friction": _breakaway,
@@ -276,6 +287,7 @@ ADDED: Mapping[str, Callable[[Setting], list[Columns]]] = {
     ],
     "series_compliance": _series,
     "free_play": _play,
+    "aerated_oil": _bubbles,
     "control_lag": _lag_of_current,
     "control_delay": _late_current,
     "control_saturation": _saturated,
