@@ -41,6 +41,13 @@ def _gives_way(values: Values, around: Surroundings) -> bool:
     return not bushed and values["gap"] < FORM.play * around.force / RIGID_STIFFNESS
 
 
+def _is_play_or_spring(values: Values, around: Surroundings) -> bool:
+    """Whether the air is gone at forces far below those measured, or hardly compressed by them, or stands beside a
+    play: then it is how the halves of that joint meet."""
+    beside_play = any(o.name == "free_play" for o in around.others)
+    return beside_play or not FORM.play * around.force < values["f_half"] < FORM.disproportionate * around.force
+
+
 def _little_force(air: Values, _: Scales) -> Sequence[Values]:
     """What air is to forces far below those that compress it by half."""
     return [{"k": 2.0 * air["f_half"] / max(air["air"], TINY), "c": 0.0}]
@@ -157,8 +164,9 @@ ROWS: Final = (
         ),
         starts=lambda s: [
             {"air": part * s.x_rms, "f_half": share * s.force}
-            for part, share in ((0.01, 0.1), (0.05, 0.1), (0.05, 0.4))
+            for part, share in ((0.01, 0.2), (0.05, 0.2), (0.05, 0.5))
         ],
         once=True,
+        mistaken=_is_play_or_spring,
     ),
 )
