@@ -2,7 +2,7 @@
 
 `python -m benchmarks.bench_six_axes`. After Umehara et al. (railway dampers on a rig of six axes). The specimen is
 simulated (`sim_rig.multi_axis`); the identification shares no equation with it. Errors are shown on motions of all axes
-that nothing was learned from. The base is a dashpot of two slopes behind a bush, fitted to the test of the main axis.
+that nothing was learned from. The base is fitted to the test of the main axis.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.fitting import fit
+from identification.fitting.axes_base import axes_base
 from identification.multiaxis import LOADS, MOTIONS, MultiAxis, check_superposition, identify_axes, superposed
-from identification.physical.literature import literature
 from rigctl.runfile import Run
 from sim_rig.multi_axis import ANTI_YAW, played
 
@@ -40,7 +39,7 @@ def main() -> int:
         for sentence in found.described():
             print(f"    {sentence}")
         shown = [run_of(motion(seed, factor), seed=seed) for seed in (20, 21)]
-        base = fit(literature("piecewise linear with bush"), [singles[0]], starts=6).model
+        base = axes_base(None, [singles[0]])
         from_singles = identify_axes([superposed(singles)], base=base)
         from_all = identify_axes([together], base=base)
         alone = identify_axes([superposed(singles)])

@@ -1,10 +1,12 @@
-"""A static network of x, v, a on thirty sines of a railway yaw damper: Adam by the study's schedule, and second order.
+"""Networks of x, v, a on thirty sines of a railway yaw damper: Adam by the study's schedule, and second order.
 
 `python -m benchmarks.bench_yaw_mlp [EPOCHS]`. Thirty tests (2 … 25 mm, 0.085 … 255 mm/s, 0.0068 … 8.117 Hz), each of
 6 000 points, 80 % of all points are learned. Adam: six layers of 30 rectified linear nodes, 3 000 epochs unless told
-otherwise. Second order: one layer of tanh nodes beside a linear part, by Levenberg and Marquardt, as `damper-rig
-identify mlp` trains it, on a share of the points that are learned. The damper is simulated (`sim_rig`); its load cell
-has 0.1 % of its typical force as noise.
+otherwise, on the share of the points that the second order learns too: as many steps as the study's, each over fewer
+points; an epoch over all is timed. Second order: one layer of tanh nodes beside a linear part, by Levenberg and
+Marquardt, as `damper-rig identify` trains it; once without a memory, once with stop operators of x. The damper is
+simulated (`sim_rig`); its load cell has 0.1 % of its typical force as noise. What the true force scores against the
+measured one is what any model can.
 """
 
 from __future__ import annotations
@@ -18,11 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.recording import sine_force
-from benchmarks.relu_network import Relu, begun, trained
+from benchmarks.relu_network import BATCH, Relu, begun, trained
 from identification.blackbox import Structure, regressors
 from identification.blackbox.levenberg import train
 from identification.blackbox.network import Network
 from identification.blackbox.samples import Samples
+from identification.blackbox.stops import LIMITS, stopped
 from identification.blackbox.training import first_weights
 from identification.eearth import eearth
 from identification.fitting import fit
@@ -38,6 +41,7 @@ EPOCHS = 3_000
 NODES, DECAY, STEPS = 40, 1e-4, 1500
 SHARE = 0.15  # of the learned points: 700 a test say what 4 800 do
 STEEP = 12_017.0  # s/m: the study's own slope of the arctan, with the speed in m/s
+_TIMED = 3  # epochs over all points: their time, no result
 SCORED = 12  # every so many points: its slope is over nine intervals, of 500 a period
 _SERIES = ((0.002, 8.117), (0.005, 8.117), (0.010, 4.058), (0.015, 2.705), (0.025, 1.623))
 _LOWEST, _COUNT = 0.0068, 6
@@ -51,6 +55,7 @@ class Tests:
 
     inputs: Floats
     force: Floats
+    true: Floats  # without noise
     size: float  # N
     learned: NDArray[np.bool_]
 
@@ -62,8 +67,10 @@ def main(given: Sequence[str] = ()) -> int:
     for label, specimen in (("slope 60 s/m", YAW), (f"slope {STEEP:g} s/m", steep)):
         tests = tests_of(specimen)
         print(f"  {label}: {tests.force.shape[0]} tests of {tests.force.shape[1]} points", flush=True)
+        told("the true force", tests, tests.true, time.process_time())
         named(tests, specimen)
         second_order(tests)
+        second_order(tests, "PQRS")
         if epochs and specimen is YAW:
             first_order(tests, epochs)
     return 0
@@ -73,16 +80,18 @@ def tests_of(specimen: Specimen) -> Tests:
     """The thirty tests of a specimen."""
     rng = np.random.default_rng(1)
     turn = 2.0 * np.pi * np.arange(POINTS) / POINTS
-    inputs, forces = [], []
+    inputs, forces, truth = [], [], []
     for amplitude, frequency in CONDITIONS:
         omega = 2.0 * np.pi * frequency
         columns = (np.sin(turn), omega * np.cos(turn), -(omega**2) * np.sin(turn))
         inputs.append(amplitude * np.column_stack(columns))
         noise = 1e-3 * specimen.force_rms_n * rng.standard_normal(POINTS)
-        forces.append(sine_force(specimen, amplitude, frequency, POINTS) + noise)
+        truth.append(sine_force(specimen, amplitude, frequency, POINTS))
+        forces.append(truth[-1] + noise)
     seen, force = np.array(inputs), np.array(forces)
     size = float(np.std(force))
-    return Tests(seen / np.std(seen, axis=(0, 1)), force / size, size, rng.random(force.shape) < LEARNED)
+    scaled, learned = seen / np.std(seen, axis=(0, 1)), rng.random(force.shape) < LEARNED
+    return Tests(scaled, force / size, np.array(truth) / size, size, learned)
 
 
 def named(tests: Tests, specimen: Specimen) -> None:
@@ -105,17 +114,33 @@ def _run(specimen: Specimen, k: int, force: Floats) -> Run:
     )  # fmt: skip
 
 
-def second_order(tests: Tests) -> None:
-    """Least squares with the gradient by all weights at once."""
-    structure = Structure(regressors("x0 v0 a0"), NODES)
+def second_order(tests: Tests, stops: str = "") -> None:
+    """Least squares with the gradient by all weights at once; also with stop operators of the displacement."""
+    structure = Structure(regressors(["x0", "v0", "a0", *(f"{symbol}0" for symbol in stops)]), NODES)
     limits = 1.5 * np.array([tests.force.min(), tests.force.max()])
-    net, inputs = Network(structure, limits), tests.inputs.reshape(-1, 3)
-    some = np.flatnonzero(tests.learned.ravel() & (np.random.default_rng(2).random(inputs.shape[0]) < SHARE))
+    net, inputs = Network(structure, limits), with_stops(tests, stops)
+    some = fewer(tests)
     few, every = rows(inputs[some], tests.force.ravel()[some]), rows(inputs, tests.force.ravel())
     train(net, first_weights(structure, 0), few, decay=DECAY, most_steps=1)  # compiles the loops
     began = time.process_time()
     found = train(net, first_weights(structure, 0), few, decay=DECAY, most_steps=STEPS, tolerance=1e-5)
-    told(f"second order, {found.steps} steps", tests, net.simulate(found.weights, every), began)
+    label = f"second order{' with stop operators' if stops else ''}, {found.steps} steps, {some.size} points"
+    told(label, tests, net.simulate(found.weights, every), began)
+
+
+def fewer(tests: Tests) -> NDArray[np.int64]:
+    """Which of the points are learned: a share of those that may be."""
+    rng = np.random.default_rng(2)
+    return np.flatnonzero(tests.learned.ravel() & (rng.random(tests.learned.size) < SHARE))
+
+
+def with_stops(tests: Tests, stops: str) -> Floats:
+    """The inputs and the stop operators of the displacement, of the second of two periods, (all points, inputs)."""
+    memory = [
+        np.concatenate([stopped(np.tile(one, 2), LIMITS[symbol])[POINTS:] for one in tests.inputs[:, :, 0]])
+        for symbol in stops
+    ]
+    return np.ascontiguousarray(np.column_stack([tests.inputs.reshape(-1, 3), *memory]))
 
 
 def rows(inputs: Floats, force: Floats) -> Samples:
@@ -124,17 +149,24 @@ def rows(inputs: Floats, force: Floats) -> Samples:
 
 
 def first_order(tests: Tests, epochs: int) -> None:
-    """Adam on the learned points."""
+    """Adam on the share of the points, in as many steps an epoch as on all of them."""
     inputs, force = tests.inputs.reshape(-1, 3).astype(np.float32), tests.force.ravel().astype(np.float32)
-    chosen, began = tests.learned.ravel(), time.process_time()
+    chosen, some = tests.learned.ravel(), fewer(tests)
+    began = time.process_time()
+    trained(begun(3, 30, 6, 0), inputs[chosen], force[chosen], epochs=_TIMED, seed=0, told=lambda epoch, network: None)
+    print(
+        f"    an epoch of Adam over {chosen.sum()} points: {(time.process_time() - began) / _TIMED:.2f} s", flush=True
+    )
+    began = time.process_time()
 
     def progress(epoch: int, network: Relu) -> None:
         if epoch % 300 == 0 or epoch == epochs:
             left = float(np.sqrt(np.mean((network(inputs)[~chosen] - force[~chosen]) ** 2)))
             print(f"    epoch {epoch}: {100 * left:.3f} % rms, {time.process_time() - began:.0f} s", flush=True)
 
-    found = trained(begun(3, 30, 6, 0), inputs[chosen], force[chosen], epochs=epochs, seed=0, told=progress)
-    told(f"Adam, {epochs} epochs", tests, found(inputs).astype(np.float64), began)
+    batch = -(-some.size * BATCH // int(chosen.sum()))
+    found = trained(begun(3, 30, 6, 0), inputs[some], force[some], epochs=epochs, seed=0, told=progress, batch=batch)
+    told(f"Adam, {epochs} epochs, {some.size} points", tests, found(inputs).astype(np.float64), began)
 
 
 def told(label: str, tests: Tests, force: Floats, began: float) -> None:

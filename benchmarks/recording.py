@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from excitation.kernel_cache import keyed
 from excitation.signal import Excitation
 from rigctl.runfile import Run
 from sim_rig import damper
@@ -59,7 +64,12 @@ def sine_force(
     return np.asarray(_along(cold, body, motion, h)[settling * points * fine :: fine])
 
 
-@njit(cache=False)  # numba does not notice changes of the kernel that it calls
+def _loop(function: Callable[..., Any]) -> Any:
+    """Compiled, and kept as long as this file and the kernel of the rig, which it calls, stay."""
+    return keyed(njit(cache=True)(function), Path(__file__), Path(damper.__file__).parent)
+
+
+@_loop
 def _along(p: Damper, body: NDArray[np.float64], motion: NDArray[np.float64], h: float) -> NDArray[np.float64]:
     force, scratch = np.empty(motion.shape[0]), np.zeros(damper.RINGS)
     for k in range(motion.shape[0]):

@@ -18,7 +18,7 @@ Layer = tuple[Singles, Singles]  # weights (inputs, outputs) and biases (outputs
 
 _RATE, _FACTOR, _EVERY = 1e-3, 0.9, 100
 _DECAY = 1e-5
-_BATCH = 10_000
+BATCH = 10_000
 _CHUNK = 1_000  # rows whose activations stay in the cache
 _BETA = (0.9, 0.999)
 _SMALL = 1e-8
@@ -46,18 +46,25 @@ def begun(inputs: int, nodes: int, hidden: int, seed: int) -> Relu:
 
 
 def trained(
-    network: Relu, inputs: Singles, wanted: Singles, *, epochs: int, seed: int, told: Callable[[int, Relu], None]
+    network: Relu,
+    inputs: Singles,
+    wanted: Singles,
+    *,
+    epochs: int,
+    seed: int,
+    told: Callable[[int, Relu], None],
+    batch: int = BATCH,
 ) -> Relu:
-    """The network after so many epochs of Adam; `told` after each hundred."""
+    """The network after so many epochs of Adam over mini-batches of `batch`; `told` after each hundred."""
     rng = np.random.default_rng(seed)
     weights = [part.copy() for layer in network.layers for part in layer]
     first, second = [np.zeros_like(one) for one in weights], [np.zeros_like(one) for one in weights]
     steps = 0
     for epoch in range(epochs):
         rate = _RATE * _FACTOR ** (epoch // _EVERY)
-        for batch in np.array_split(rng.permutation(wanted.size), -(-wanted.size // _BATCH)):
+        for rows in np.array_split(rng.permutation(wanted.size), -(-wanted.size // batch)):
             steps += 1
-            slopes = _slopes(_layers(weights), inputs[batch], wanted[batch])
+            slopes = _slopes(_layers(weights), inputs[rows], wanted[rows])
             for w, g, m, v in zip(weights, slopes, first, second, strict=True):
                 g += np.float32(_DECAY) * w if w.ndim == 2 else np.float32(0.0)
                 m *= _BETA[0]

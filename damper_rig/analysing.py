@@ -12,7 +12,8 @@ from damper_rig.html import paragraph, table
 from damper_rig.running import working
 from damper_rig.runs import listed
 from excitation.analysis import Analysis
-from identification.analysis import analyse_runs, analysis_data, analysis_text, write_analysis
+from identification.analysis import AtLevel, analyse_levels, levels_data, levels_text, write_analysis
+from identification.errors import DataError
 from identification.measured import check_runs
 from rigctl.runfile import Run
 
@@ -21,17 +22,31 @@ __all__ = ["Analysed", "analyse"]
 
 @dataclass(frozen=True, slots=True)
 class Analysed:
-    """Best linear approximation, distortion, noise and change over time; ``result`` holds them as arrays."""
+    """Best linear approximation, distortion, noise and change over time of each design and level among the runs."""
 
-    result: Analysis
+    levels: tuple[AtLevel, ...]
+
+    @property
+    def result(self) -> Analysis:
+        """The arrays of the only level; raises DataError where there are several, each with its own in ``levels``."""
+        if len(self.levels) > 1:
+            raise DataError(f"{len(self.levels)} levels have been analysed: take one of levels, with its found")
+        return self.levels[0].found
 
     def data(self) -> dict[str, Any]:
         """What `damper-rig analyse --json` prints, without the file."""
-        return analysis_data(self.result)
+        return levels_data(self.levels)
 
     def rows(self) -> list[dict[str, Any]]:
-        """The parts of the force, a dictionary each: name, rms and bounds, N."""
-        force = self.data()["force"]
+        """The parts of the force, a dictionary each: name, rms and bounds, N; the level where there are several."""
+        data = self.data()
+        if "levels" not in data:
+            return self._rows(data["force"])
+        told = zip(self.levels, data["levels"], strict=True)
+        return [{"level": one.setting.text, **row} for one, found in told for row in self._rows(found["force"])]
+
+    @staticmethod
+    def _rows(force: dict[str, Any]) -> list[dict[str, Any]]:
         whole = [{"part": name, "rms": force[name], "low": None, "high": None} for name in ("rms", "linear")]
         parts = ("odd", "even", "nonlinear", "noise", "time_variation")
         known = [(name, force[name]) for name in parts if force[name] is not None]
@@ -39,17 +54,17 @@ class Analysed:
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the page; raises OutputError."""
-        write_analysis(Path(path), self.result)
+        write_analysis(Path(path), self.levels)
         return Path(path)
 
     def __repr__(self) -> str:
-        return analysis_text(self.result)
+        return levels_text(self.levels)
 
     def _repr_html_(self) -> str:
         cells = [[_cell(value) for value in row.values()] for row in self.rows()]
-        return table(("part of the force", "N rms", "from", "to"), cells) + "".join(
-            paragraph(note) for note in self.result.notes
-        )
+        level = () if len(self.levels) == 1 else ("level",)
+        heads = (*level, "part of the force", "N rms", "from", "to")
+        return table(heads, cells) + "".join(paragraph(note) for one in self.levels for note in one.found.notes)
 
 
 def _cell(value: str | float | None) -> str:
@@ -57,7 +72,7 @@ def _cell(value: str | float | None) -> str:
 
 
 def analyse(runs: Run | Iterable[Run]) -> Analysed:
-    """Linear part, odd and even distortion, noise and change over time of runs of one multisine design.
+    """Linear part, odd and even distortion, noise and change over time of periodic runs, each level by itself.
 
     Raises
     ------
@@ -67,4 +82,4 @@ def analyse(runs: Run | Iterable[Run]) -> Analysed:
     measured = listed(runs)
     check_runs(measured, once=True)
     with working("analysing"):
-        return Analysed(analyse_runs(measured))
+        return Analysed(analyse_levels(measured))

@@ -16,7 +16,7 @@ from damper_rig.runs import listed
 from damper_rig.sheets import Sheet
 from excitation import Excitation, TestPlan
 from excitation.plots import figures
-from identification.analysis.charts import force_spectrum
+from identification.analysis.charts import force_spectrum, over_levels
 from identification.discrepancy.ladder import ladder_of
 from identification.models import motion_of
 from identification.models.comparison_page import forces
@@ -37,7 +37,8 @@ def plot(
 
     Runs: force over displacement and velocity. A fit or a comparison: every model over the measured force. An
     explanation: the gap at each step. A sheet: force at peak speed. An
-    analysis: the spectrum of the force. An excitation: its signals. A plan: its tests.
+    analysis: the spectrum of the force, of several levels their distortion. An excitation: its signals. A plan: its
+    tests.
     """
     match what:
         case Fitted():
@@ -47,13 +48,19 @@ def plot(
         case Explained():
             return ladder_of(what.result)
         case Analysed():
-            return force_spectrum(what.result)
+            return _analysed(what)
         case Sheet():
             return peak_velocity(what.result.currents)
         case Excitation() | TestPlan():
             return figures(what)[0]
         case _:
             return _loops(listed(what))
+
+
+def _analysed(what: Analysed) -> go.Figure:
+    if len(what.levels) == 1:
+        return force_spectrum(what.levels[0].found)
+    return over_levels([(one.setting.text, one.found) for one in what.levels])
 
 
 def _loops(runs: list[Run]) -> go.Figure:

@@ -12,7 +12,18 @@ from damper_rig.html import paragraph, table
 from damper_rig.running import working
 from damper_rig.runs import listed
 from damper_rig.simulating import AnyModel, model_of
-from damper_rig.vehicles import FmuWiring, InVehicle, OwnVehicle, open_vehicle, realtime, vehicle, worth
+from damper_rig.vehicles import (
+    FmuWiring,
+    InRange,
+    InRealtime,
+    InVehicle,
+    OwnVehicle,
+    open_vehicle,
+    realtime,
+    vehicle,
+    worth,
+)
+from damper_rig.vehicles import range_ as range
 from excitation.configuration import to_spec
 from identification.errors import ModelError
 from identification.measured import check_runs
@@ -34,12 +45,15 @@ __all__ = [
     "Complexity",
     "Explored",
     "FmuWiring",
+    "InRange",
+    "InRealtime",
     "InVehicle",
     "OwnVehicle",
     "Sensitive",
     "complexity",
     "explore",
     "open_vehicle",
+    "range",
     "realtime",
     "sensitivity",
     "vehicle",

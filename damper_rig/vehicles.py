@@ -10,11 +10,18 @@ from typing import Any
 
 from damper_rig.html import paragraph, table
 from damper_rig.running import working
+from damper_rig.runs import listed
 from damper_rig.simulating import AnyModel, model_of
+from excitation import Envelope
 from excitation.configuration import to_spec
 from identification.errors import ModelError
+from identification.measured import check_runs
+from identification.studies.range_page import write_range
+from identification.studies.realtime import Realtime as Timed
 from identification.studies.realtime import realtime as timed
-from identification.studies.realtime import realtime_data
+from identification.studies.realtime import realtime_data, realtime_text
+from identification.studies.realtime_page import write_realtime
+from identification.studies.service_range import Range, range_data, range_text, service_range
 from identification.studies.vehicle import (
     FmuWiring,
     OnOwn,
@@ -31,8 +38,20 @@ from identification.studies.vehicle import (
 )
 from identification.studies.vehicle import without as less
 from identification.studies.vehicle import worth as worth_of
+from rigctl.runfile import Run
 
-__all__ = ["FmuWiring", "InVehicle", "OwnVehicle", "open_vehicle", "realtime", "vehicle", "worth"]
+__all__ = [
+    "FmuWiring",
+    "InRange",
+    "InRealtime",
+    "InVehicle",
+    "OwnVehicle",
+    "open_vehicle",
+    "range_",
+    "realtime",
+    "vehicle",
+    "worth",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,11 +135,86 @@ def worth(
     return InVehicle(answered.study, answered.sentence)
 
 
+@dataclass(frozen=True, slots=True)
+class InRealtime:
+    """A model against the clock; ``result`` holds every step. A figure of `data` by its name: ``found["worst"]``."""
+
+    result: Timed
+
+    def data(self) -> dict[str, Any]:
+        """What `damper-rig study realtime --json` prints."""
+        return realtime_data(self.result)
+
+    def __getitem__(self, name: str) -> Any:
+        return self.data()[name]
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the page; raises OutputError."""
+        write_realtime(Path(path), self.result)
+        return Path(path)
+
+    def __repr__(self) -> str:
+        return realtime_text(self.result)
+
+    def _repr_html_(self) -> str:
+        return paragraph(realtime_text(self.result))
+
+
 def realtime(
-    model: AnyModel, step_s: float = 0.001, *, seconds: float = 10.0, current: float | None = None, paced: bool = False
-) -> dict[str, Any]:
-    """Measured time of each step of a model, s; the figures of `damper-rig study realtime --json`.
+    model: AnyModel,
+    step_s: float = 0.001,
+    *,
+    seconds: float = 10.0,
+    stroke_m: float = 0.01,
+    current: float | None = None,
+    seed: int = 1,
+    paced: bool = False,
+) -> InRealtime:
+    """Measured time of each step of a model, s, and what a momentary bad input does.
 
     Raises DataError and SimulationError, one line, where the model has no such step.
     """
-    return realtime_data(timed(model_of(model), step_s, seconds=seconds, current=current, paced=paced))
+    loaded = model_of(model)
+    return InRealtime(
+        timed(loaded, step_s, seconds=seconds, stroke_m=stroke_m, current=current, seed=seed, paced=paced)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class InRange:
+    """The stroke–velocity chart of service, training and rig; ``result`` holds the motions."""
+
+    result: Range
+
+    def data(self) -> dict[str, Any]:
+        """What `damper-rig study range --json` prints, without the file."""
+        return range_data(self.result)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the page; raises OutputError."""
+        write_range(Path(path), self.result)
+        return Path(path)
+
+    def __repr__(self) -> str:
+        return range_text(self.result)
+
+    def _repr_html_(self) -> str:
+        return paragraph(range_text(self.result))
+
+
+def range_(
+    service: Run | Iterable[Run],
+    trained: Run | Iterable[Run] = (),
+    *,
+    model: AnyModel | None = None,
+    envelope: Envelope | None = None,
+) -> InRange:
+    """Which share of the service lies outside of what a model was trained on, and of what a rig can do.
+
+    Raises DataError, one line, where a run does not move or there is nothing to compare with.
+    """
+    driven, learned = listed(service), listed(trained)
+    check_runs(driven)
+    check_runs(learned)
+    known = None if model is None else model_of(model)
+    return InRange(service_range(driven, learned, model=known, envelope=envelope))

@@ -25,6 +25,7 @@ from excitation.multi_axis import AxisSpec, MultiAxisSpec
 from excitation.multisine_spec import CurrentSpec, DisplacementSpec, HomogeniseSpec, MultisineSpec
 from excitation.noise import NoiseSpec
 from excitation.plan import TestConditions
+from excitation.plan_steps import STEPS, Gate, Prompt, Tare
 from excitation.presets import PresetSpec
 from excitation.replay import ReplaySpec
 from excitation.response import Lag, ResponseTable, RigResponse
@@ -211,6 +212,17 @@ _MEANINGS: Final[Mapping[type, Mapping[str, str]]] = {
         "min_current": "lowest control current",
         "max_current": "highest control current",
     },
+    Prompt: {"text": "what the operator confirms; without it the plan ends"},
+    Tare: {
+        "limit": "largest reading at rest; without it a share of the rig's force limit",
+        "readings": "that are averaged",
+    },
+    Gate: {
+        "of": "whose temperature: the oil's, as the rig measures it, or the room's, as a person reads it",
+        "min": "lowest at which the test starts",
+        "max": "highest at which the test starts",
+        "wait": "for which the oil may cool down",
+    },
     TemperatureWindow: {"min": "lowest at which a test may start", "max": "highest at which a test may run"},
     Specimen: {
         "damping": "at no current",
@@ -300,6 +312,8 @@ def _below(kind: type[Any], place: str) -> Iterator[Key]:
             meaning={**_MEANINGS, **DRIVE_MEANINGS}[kind][name],
         )  # fmt: skip
         tables += [(table, f"{place}.{name}".lstrip(".")) for table in _tables(hint) if table is not AxisRange]
+        if kind is TestConditions and name == "before":
+            tables += [(table, f'{name}, step = "{step}"') for step, table in STEPS.items()]
     for table, where in tables:
         yield from _below(table, where)
 

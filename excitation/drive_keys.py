@@ -141,7 +141,7 @@ DRIVE_MEANINGS: Final[Mapping[type, Mapping[str, str]]] = {
         "name": "of the test, its own",
         "held_out": "reserved for validation",
         "data_set": "name of the set that it belongs to",
-        "before": "steps before it: prompt, tare or gate",
+        "before": "steps before it, each a table with step = \"prompt\", \"tare\" or \"gate\" and its keys",
         "on_failure": "where a step or gate refuses",
         "retries": "on_failure = \"retry\": at most so many",
         "energy": "of a warm-up: repeated until the damper has taken up this work, J",

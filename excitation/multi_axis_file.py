@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -11,9 +12,9 @@ import numpy as np
 from excitation.atomic import written_whole
 from excitation.configuration import to_config
 from excitation.errors import ExcitationFileError
-from excitation.multi_axis import MultiAxis
+from excitation.multi_axis import MultiAxis, MultiAxisSpec
 
-__all__ = ["FORMAT", "write_multi_axis"]
+__all__ = ["FORMAT", "multi_axis_facts", "write_multi_axis"]
 
 FORMAT = "damper-rig/multi-axis-excitation"
 _VERSION = 1
@@ -26,6 +27,17 @@ def write_multi_axis(path: Path | str, made: MultiAxis) -> None:
         raise ExcitationFileError(f"{path}: the ending {path.suffix!r} is not known: use .h5, .csv")
     with written_whole(path, ExcitationFileError) as temporary:
         (_write_csv if path.suffix.lower() == ".csv" else _write_hdf5)(temporary, made)
+
+
+def multi_axis_facts(spec: MultiAxisSpec) -> dict[str, Any]:
+    """What a design comes to: axes, realisations, samples and duration (s) of each. Any: JSON."""
+    samples = spec.period_samples * spec.periods
+    return {
+        "axes": [axis.name for axis in spec.axes],
+        "realisations": spec.realisations,
+        "samples": samples,
+        "duration_s": samples / spec.sample_rate_hz,
+    }
 
 
 def _write_hdf5(path: Path, made: MultiAxis) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from excitation.configuration import to_config
 from excitation.coverage import Coverage, coverage
-from excitation.crest import low_crest, schroeder
+from excitation.crest import schroeder
 from excitation.errors import DesignError
 from excitation.joint_crest import Limited, low_shares
 from excitation.kinds import Kind
@@ -144,9 +144,7 @@ def _low_shares(spec: MultisineSpec, motion: Multitone, current: Multitone | Non
     found = []
     for tones, limited in zip((motion, current), asked, strict=False):
         assert tones is not None  # as many as are asked for
-        goal = _GOOD_CREST * max(q.rms_share for q in limited)
-        seed, first = spec.seed + spec.realisation, spec.realisation == 0
-        found.append(low_shares(tones.lines, limited, seed=seed, from_schroeder=first, goal=goal))
+        found.append(_low(spec, tones.lines, limited))
         found[-1].flags.writeable = False
     return tuple(found)
 
@@ -154,7 +152,15 @@ def _low_shares(spec: MultisineSpec, motion: Multitone, current: Multitone | Non
 def _of_low_crest(spec: MultisineSpec, lines: NDArray[np.int64], amplitude: NDArray[np.float64]) -> NDArray[np.float64]:
     if spec.phases == "schroeder":
         return schroeder(amplitude)
-    return low_crest(lines, amplitude, seed=spec.seed + spec.realisation)
+    alone = Limited(amplitude=amplitude, turns=np.zeros(lines.size), limit=1.0)
+    return _low(spec, lines, [alone])
+
+
+def _low(spec: MultisineSpec, lines: NDArray[np.int64], limited: Sequence[Limited]) -> NDArray[np.float64]:
+    """Phases of the lowest share; a realisation beyond the first begins at phases of its own."""
+    goal = _GOOD_CREST * max(q.rms_share for q in limited)
+    first = spec.realisation == 0
+    return low_shares(lines, limited, seed=spec.seed + spec.realisation, from_schroeder=first, goal=goal)
 
 
 def displacement_tones(spec: MultisineSpec) -> Multitone:

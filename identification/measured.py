@@ -8,7 +8,7 @@ from pathlib import Path
 
 from identification.errors import DataError
 from rigctl.magnitudes import doubts_of
-from rigctl.runfile import Run, read_run
+from rigctl.runfile import FURTHER_AXES, Run, read_run
 
 __all__ = ["check_runs", "label_of", "read_runs"]
 
@@ -51,9 +51,9 @@ def _refuse_doubled(runs: Sequence[Run]) -> None:
 
 
 def _mark(run: Run) -> bytes:
-    """The same for runs with the same motion and force, sample by sample."""
+    """The same for runs with the same motions and forces, sample by sample."""
     found = sha256(repr(run.sample_rate_hz).encode())
-    for name in ("displacement", "force"):
+    for name in ("displacement", "force", *FURTHER_AXES):
         if name in run.channels:
             found.update(run.channels[name].tobytes())
     return found.digest()

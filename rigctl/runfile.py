@@ -28,6 +28,13 @@ STATUSES = ("complete", "aborted", "truncated")
 EVENT_BYTES = 240
 UTC_BYTES = 32  # an ISO 8601 time stamp
 
+# Motions and loads of the further axes of a rig of several; the main axis has no suffix.
+FURTHER_AXES: Mapping[str, str] = {
+    **{f"displacement_{axis}": "m" for axis in "yz"},
+    **{f"displacement_r{axis}": "rad" for axis in "xyz"},
+    **{f"force_{axis}": "N" for axis in "yz"},
+    **{f"torque_{axis}": "N·m" for axis in "xyz"},
+}
 # The unit that the contract gives a channel; any other channel may carry any of UNITS.
 CHANNEL_UNITS: Mapping[str, tuple[str, ...]] = {
     "displacement": ("m",),
@@ -40,10 +47,7 @@ CHANNEL_UNITS: Mapping[str, tuple[str, ...]] = {
     "acceleration": ("m/s²",),
     "force_simulated": ("N",),
     "pressure": ("Pa",),
-    **{f"displacement_{axis}": ("m",) for axis in "yz"},
-    **{f"displacement_r{axis}": ("rad",) for axis in "xyz"},
-    **{f"force_{axis}": ("N",) for axis in "yz"},
-    **{f"torque_{axis}": ("N·m",) for axis in "xyz"},
+    **{name: (unit,) for name, unit in FURTHER_AXES.items()},
 }
 UNITS = (
     "m",

@@ -6,8 +6,9 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from sim_rig.compiled import compiled
 
 X, V, A, SPOOL, SPOOL_RATE, OIL, LOAD = range(7)
 STATE: Final = 8
@@ -30,7 +31,7 @@ class Actuator(NamedTuple):
     compensation: float = 0.9  # of the valve's loss of flow under load
 
 
-@njit(cache=True)
+@compiled
 def step(p: Actuator, s: NDArray[np.float64], command_m: float, feed_m_s: float, load_n: float, h: float) -> None:
     """Advance by h under the damper's force; the state then holds position, speed and acceleration.
 
@@ -53,7 +54,7 @@ def step(p: Actuator, s: NDArray[np.float64], command_m: float, feed_m_s: float,
     s[OIL] += h * (flow - s[V] - p.leak_m_s_n * pushing)
 
 
-@njit(cache=True)
+@compiled
 def _flow(p: Actuator, opening: float, load_n: float) -> float:
     """Flow over no-load flow under a load: sqrt(1 − load/stall), load against the motion positive."""
     against = load_n if opening >= 0.0 else -load_n

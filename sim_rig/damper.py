@@ -10,9 +10,9 @@ import math
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from sim_rig.compiled import compiled, pasted
 from sim_rig.parameters import ARCTAN, BILINEAR, VALVE, Damper
 
 # Indices in the state vector.
@@ -29,13 +29,13 @@ CONTACT_C: Final = 3e3
 TOLERANCE: Final = 1e-3  # N
 
 
-@njit(cache=True, inline="always")
+@pasted
 def _soft(x: float, width: float) -> float:
     """max(0, x) with a corner of the given width."""
     return 0.5 * (x + math.sqrt(x * x + width * width) - width)
 
 
-@njit(cache=True)
+@compiled
 def designed(p: Damper, z: float, w: float, u: float, peak: float) -> float:
     """Force of the valves and orifices that the specimen has by design, N."""
     force = 0.0
@@ -64,7 +64,7 @@ def designed(p: Damper, z: float, w: float, u: float, peak: float) -> float:
     return force
 
 
-@njit(cache=True)
+@compiled
 def friction(p: Damper, w: float) -> float:
     """Dry friction: regularised, and falling a little with speed, N."""
     near = 0.004 * p.scale_m_s
@@ -77,7 +77,7 @@ def friction(p: Damper, w: float) -> float:
     return force
 
 
-@njit(cache=True)
+@compiled
 def orifices(p: Damper, w: float, u: float) -> float:
     """Force of the hidden effects that depend on velocity only, N."""
     s = abs(w)
@@ -105,7 +105,7 @@ def orifices(p: Damper, w: float, u: float) -> float:
     return force
 
 
-@njit(cache=True)
+@compiled
 def loops(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], z: float, w: float, h: float) -> float:
     """Force of the hidden effects with a state, N; their next states are written to `n`."""
     force = 0.0
@@ -133,7 +133,7 @@ def loops(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], z: float, w
     return force
 
 
-@njit(cache=True)
+@compiled
 def springs(p: Damper, z: float, body_degc: float) -> float:
     """Force outside the dissipative sum, N."""
     x = z / p.scale_m
@@ -149,7 +149,7 @@ def springs(p: Damper, z: float, body_degc: float) -> float:
     return force
 
 
-@njit(cache=True)
+@compiled
 def modifier(
     p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], z: float, w: float, u: float, h: float
 ) -> float:
@@ -178,7 +178,7 @@ def modifier(
     return factor
 
 
-@njit(cache=True)
+@compiled
 def core(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], z: float, w: float, u: float, h: float) -> float:
     """Force of the damper's core at displacement z and velocity w, N."""
     peak = s[PEAK] * (
@@ -190,7 +190,7 @@ def core(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], z: float, w:
     return dissipative * modifier(p, s, n, z, w, u, h) + springs(p, z, s[BODY])
 
 
-@njit(cache=True)
+@compiled
 def mount(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], e: float, rate: float, h: float) -> float:
     """Force over the mount at extension e, N."""
     stiffness, c = (p.mount, p.mount_c) if p.mount != 0.0 else (CONTACT, CONTACT_C)
@@ -207,7 +207,7 @@ def mount(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], e: float, r
     return force
 
 
-@njit(cache=True)
+@compiled
 def _gap(
     p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], x: float, v: float, w: float, u: float, h: float
 ) -> float:
@@ -218,7 +218,7 @@ def _gap(
     return surplus
 
 
-@njit(cache=True)
+@compiled
 def solve(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], x: float, v: float, u: float, h: float) -> None:
     """Find the core velocity at which core and mount carry the same force: secant steps, then a bracket.
 
@@ -246,7 +246,7 @@ def solve(p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], x: float, v
         step = -math.copysign(min(abs(gb) / slope, reach) if slope > 0.0 else reach, gb)
 
 
-@njit(cache=True)
+@compiled
 def _narrow(
     p: Damper,
     s: NDArray[np.float64],
@@ -273,7 +273,7 @@ def _narrow(
         b, gb = m, gm
 
 
-@njit(cache=True)
+@compiled
 def control(p: Damper, s: NDArray[np.float64], current: float, h: float) -> float:
     """Effective current behind the amplifier, the coil and the valve, A."""
     u = current
@@ -297,7 +297,7 @@ def control(p: Damper, s: NDArray[np.float64], current: float, h: float) -> floa
     return u
 
 
-@njit(cache=True)
+@compiled
 def _delayed(s: NDArray[np.float64], ring: int, place: int, value: float, delay: float, h: float) -> float:
     """Value `delay` seconds ago from a ring buffer, linear between steps."""
     at = int(s[place])
@@ -311,7 +311,7 @@ def _delayed(s: NDArray[np.float64], ring: int, place: int, value: float, delay:
     return value_then
 
 
-@njit(cache=True)
+@compiled
 def step(
     p: Damper, s: NDArray[np.float64], n: NDArray[np.float64], x: float, v: float, a: float, current: float, h: float
 ) -> float:

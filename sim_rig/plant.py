@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from rigctl.device import PressureStage
 from sim_rig import actuator, damper
 from sim_rig.actuator import Actuator
+from sim_rig.compiled import compiled
 from sim_rig.parameters import Damper
 from sim_rig.sensors import Noise, read
 from sim_rig.skew import Skew
@@ -26,7 +26,7 @@ JAMMED_M_S: Final = 1e-3  # piston speed that leaks through a jammed valve
 COMMAND, SPEED, CELL, RISING_X, RISING_F, CURRENT = range(6)
 
 
-@njit(cache=False)  # not cached: numba does not notice changes of kernels in other files
+@compiled
 def play(
     machine: Actuator,
     specimen: Damper,

@@ -13,7 +13,9 @@ from uuid import uuid4
 import pytest
 from hypothesis import settings
 
-settings.register_profile("any computer", deadline=None)  # a busy one is not a fault
+# No deadline: a busy computer is not a fault. `make bench` draws the thorough number of examples.
+settings.register_profile("any computer", deadline=None, max_examples=30)
+settings.register_profile("thorough", deadline=None, max_examples=300)
 settings.load_profile("any computer")
 
 REQUIRE_ALL = "DAMPER_RIG_REQUIRE_ALL"

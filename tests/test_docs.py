@@ -15,6 +15,7 @@ import pytest
 
 from excitation import plan_from_config
 from tests.shown_lines import ROOT, blocks
+from tests.shown_lines import does as commanded
 
 DOCS = ROOT / "docs"
 GUIDES = (*sorted(DOCS.glob("tutorial-*.md")), *sorted((DOCS / "howto").glob("*.md")))
@@ -99,7 +100,7 @@ def test_the_commands_of_a_guide_work_one_after_the_other(page: Path, folder: Pa
                 url = rig.stdout.readline().split()[-1]
             else:
                 there = [word.replace("modbus://127.0.0.1:5020", url) for word in words]
-                does(folder, "-m", "api.cli", *expanded(there, folder))
+                commanded(expanded(there, folder), folder)
     finally:
         if rig is not None:
             rig.terminate()

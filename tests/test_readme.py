@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
-SECONDS = 900.0  # a fit took more than 240 s on two cores with a load of 16
+from tests.shown_lines import ROOT, does
 
 
 def shown(page: Path = ROOT / "README.md") -> list[list[str]]:
@@ -33,13 +32,6 @@ def command(words: list[str], rig: str, folder: Path) -> list[str]:
                 str(ROOT / word) if word.startswith("examples/") else word.replace("modbus://127.0.0.1:5020", rig)
             )
     return out
-
-
-def does(words: list[str], folder: Path) -> str:
-    line = [sys.executable, "-m", "api.cli", *words]
-    done = subprocess.run(line, cwd=folder, capture_output=True, text=True, timeout=SECONDS, check=False)
-    assert done.returncode == 0, (words, done.stderr)
-    return done.stdout
 
 
 @pytest.mark.slow

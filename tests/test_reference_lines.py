@@ -19,6 +19,7 @@ from rigctl.calibration import read_calibrations
 from rigctl.runfile import Run, read_run, with_channel, write_run
 from tests.identification.multisine_runs import multisine_run
 from tests.identification.packed_fmu import compiled, packed
+from tests.identification.six_axes import by_formula, motion, singles_of
 from tests.shown_lines import ROOT, Place, blocks, lines, listening
 
 DOCS = ROOT / "docs"
@@ -103,9 +104,15 @@ def test_the_python_of_the_models_page_runs(place: Place, monkeypatch: pytest.Mo
 
 def test_the_lines_and_the_python_of_the_black_boxes_work(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
     place.does("damper-rig identify arx runs/*.h5 -o linear.json")
+    singles = singles_of(motion(1), by_formula)
+    for name, one in zip(("x", "y", "z", "rx", "ry", "rz"), singles, strict=True):
+        write_run(place.folder / f"{name}.h5", one)
+    write_run(place.folder / "together.h5", by_formula(motion(1), "together"))
     for line in of("blackbox"):
         place.does(line)
-    assert {"network.json", "simulated.h5", "search.json", "search.html"} <= {p.name for p in place.folder.iterdir()}
+    assert {"network.json", "simulated.h5", "six.json", "search.json", "search.html"} <= {
+        p.name for p in place.folder.iterdir()
+    }
     monkeypatch.chdir(place.folder)
     runs, others = ([read_run(path) for path in sorted(Path(name).glob("*.h5"))] for name in ("runs", "other"))
     names: dict[str, object] = {"runs": runs, "others": others, "motion": motion_of(others[0])}

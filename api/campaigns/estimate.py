@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import isnan
 
 from excitation import Envelope, TestPlan
+from excitation.analysis import spoiled_in
 from excitation.envelope import temperatures
 from excitation.prediction import Prediction, predict
 from excitation.rig import MotionLimits
@@ -36,6 +37,7 @@ class CampaignEstimate:
     duration_s: float
     energy_j: float | None  # dissipated in the damper
     highest_degc: float | None  # predicted, of the damper
+    warnings: tuple[str, ...]  # detection lines that another channel excites
 
 
 def estimate(plan: TestPlan, envelopes: Sequence[Envelope]) -> CampaignEstimate:
@@ -52,4 +54,5 @@ def estimate(plan: TestPlan, envelopes: Sequence[Envelope]) -> CampaignEstimate:
         duration_s=plan.duration_s,
         energy_j=sum(energies) if len(energies) == len(predictions) else None,
         highest_degc=max((one for one in degc if one is not None), default=None),
+        warnings=spoiled_in(plan),
     )

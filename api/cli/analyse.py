@@ -16,7 +16,8 @@ def analyse(
     runs: Annotated[
         list[Path],
         typer.Argument(
-            metavar="RUN.h5 ...", help="Runs of one multisine design: realisations, or one with its periods."
+            metavar="RUN.h5 ...",
+            help="Periodic runs: realisations of a design, or one with its periods; of several levels each by itself.",
         ),
     ],
     output: Annotated[
@@ -33,16 +34,16 @@ def analyse(
     """
     from api.cli.terminal import answer, progress_bar, warn
     from api.errors import InputError
-    from identification.analysis import analyse_runs, analysis_data, analysis_text, write_analysis
+    from identification.analysis import analyse_levels, levels_data, levels_text, write_analysis
     from identification.measured import read_runs
 
     if output is not None and output.suffix != ".html":
         raise InputError(f"{output}: the analysis is a web page: end its name in .html")
     measured = read_runs(runs, once=True)
     with progress_bar("analysing"):
-        found = analyse_runs(measured)
+        found = analyse_levels(measured)
         if output is not None:
             write_analysis(output, found)
     warn(measured)
-    said = analysis_text(found) if output is None else f"{analysis_text(found)}\n{output}"
-    answer(said, ({} if output is None else {"file": str(output)}) | analysis_data(found), as_json=as_json)
+    said = levels_text(found) if output is None else f"{levels_text(found)}\n{output}"
+    answer(said, ({} if output is None else {"file": str(output)}) | levels_data(found), as_json=as_json)

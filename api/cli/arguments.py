@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 __all__ = ["repeat_options"]
 
-SEVERAL = ("--held-out", "--runs", "--hide", "--fault", "--interlock")
+SEVERAL = ("--held-out", "--runs", "--hide", "--fault", "--interlock", "--trained", "--beside")
 
 
 def repeat_options(arguments: Sequence[str]) -> list[str]:

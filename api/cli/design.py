@@ -180,22 +180,17 @@ for _name, _told in _COMMANDS.items():
 def multi_axis(config: Config, output: Out, as_json: AsJson = False) -> None:
     """Multisines of up to six axes, in realisations from which the response to each axis can be found.
 
-    Example: damper-rig design multi-axis axes.toml -o axes.h5
+    Example: damper-rig design multi-axis examples/multi_axis.toml -o axes.h5
     """
     from api.cli.terminal import answer
     from excitation.configuration import read_config, to_spec
     from excitation.multi_axis import MultiAxisSpec
     from excitation.multi_axis import multi_axis as design_of
-    from excitation.multi_axis_file import write_multi_axis
+    from excitation.multi_axis_file import multi_axis_facts, write_multi_axis
 
     spec = to_spec(MultiAxisSpec, read_config(config), str(config))
     write_multi_axis(output, design_of(spec))
-    facts = {
-        "axes": [axis.name for axis in spec.axes],
-        "realisations": spec.realisations,
-        "samples": spec.period_samples * spec.periods,
-        "duration_s": spec.period_samples * spec.periods / spec.sample_rate_hz,
-    }
+    facts = multi_axis_facts(spec)
     shown = ", ".join(f"{key} {_shown(value)}" for key, value in facts.items())
     answer(f"{output}: {shown}", {"file": str(output), **facts}, as_json=as_json)
 

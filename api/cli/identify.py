@@ -17,7 +17,9 @@ __all__ = ["identify"]
 
 
 def identify(
-    kind: Annotated[str, typer.Argument(metavar="KIND", help="nnoe, narx, mlp, arx, polynomial, hybrid or inverse.")],
+    kind: Annotated[
+        str, typer.Argument(metavar="KIND", help="nnoe, narx, mlp, arx, polynomial, hybrid, inverse or multiaxis.")
+    ],
     runs: Annotated[list[Path], typer.Argument(metavar="RUN.h5 ...", help="Measured runs of one specimen.")],
     output: Annotated[
         Path, typer.Option("-o", "--output", callback=to_file, metavar="MODEL.json", help="The identified model.")
@@ -52,7 +54,7 @@ def identify(
             "--base",
             metavar="MODEL.json",
             help="Physical model under a hybrid, default: a simple one, fitted; "
-            "forward model of an inverse, default: nnoe.",
+            "forward model of an inverse, default: nnoe; of the main axis of several, default: a simple one, fitted.",
         ),
     ] = None,
     select: Annotated[
@@ -85,6 +87,8 @@ def identify(
 
     Example: damper-rig identify nnoe runs/*.h5 --held-out other/*.h5 -o network.json
 
+    Tests of single axes of a rig of six: damper-rig identify multiaxis x.h5 y.h5 z.h5 -o six.json
+
     With a search for regressors: damper-rig identify nnoe runs/*.h5 --select --page search.html -o network.json
     """
     from api.cli.regressor_search import SHARE, offer_of, searched
@@ -102,6 +106,13 @@ def identify(
         refuse_select(select or every or longest is not None or search is not None or page is not None)
         layers_asked(kind, layers, activation, evolved=evolve, nodes=nodes)
         identify_inverse(runs, held_out or [], output, regressors or [], nodes, rate, base, as_json=as_json)
+        return
+    if kind == "multiaxis":
+        from api.cli.identify_axes import identify_axes, refuse_structure
+
+        refuse_structure(regressors or nodes or layers or activation or evolve or select or every or longest)
+        refuse_structure(search or page)
+        identify_axes(runs, held_out or [], output, rate, base, as_json=as_json)
         return
     structures = structures_asked(kind, regressors or (), nodes, searched=select)
     shape = layers_asked(kind, layers, activation, evolved=evolve, nodes=nodes, searched=select)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -37,6 +38,13 @@ def import_files(
     current: Annotated[str, typer.Option(metavar=_COLUMN, help="Column of the control current.")] = "",
     temperature: Annotated[str, typer.Option(metavar=_COLUMN, help="Column of the temperature.")] = "",
     acceleration: Annotated[str, typer.Option(metavar=_COLUMN, help="Column of the acceleration.")] = "",
+    axis: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar=f"CHANNEL={_COLUMN}",
+            help="Column of a further axis, such as displacement_y=Y:mm or torque_x=Mx:kN·m; can be repeated.",
+        ),
+    ] = None,
     flip: Annotated[list[str] | None, typer.Option(metavar="CHANNEL", help="Turn its sign; can be repeated.")] = None,
     centre: Annotated[
         list[str] | None, typer.Option(metavar="CHANNEL", help="Take its mean off; can be repeated.")
@@ -82,7 +90,7 @@ def import_files(
         "acceleration": acceleration,
     }
     stated = Choice(
-        columns={name: column_choice(text) for name, text in columns.items() if text},
+        columns={name: column_choice(text) for name, text in (columns | _axes(axis or ())).items() if text},
         flip=tuple(flip or ()),
         centre=tuple(centre or ()),
         rate_hz=rate,
@@ -99,6 +107,22 @@ def import_files(
     answer(found.text(), found.as_json(), as_json=as_json)
     if found.refused:
         raise typer.Exit(2)
+
+
+def _axes(stated: Sequence[str]) -> dict[str, str]:
+    """Columns of further axes by their channels."""
+    from api.errors import InputError
+    from rigctl.runfile import FURTHER_AXES
+
+    found = {}
+    for one in stated:
+        channel, equals, column = one.partition("=")
+        if not equals or not column.strip() or channel not in FURTHER_AXES:
+            raise InputError(
+                f"--axis {one!r:.60}: write CHANNEL=COLUMN[:UNIT], CHANNEL one of {', '.join(FURTHER_AXES)}"
+            )
+        found[channel] = column
+    return found
 
 
 def _rules(stated: Choice, like: Path | None, mapping: Path | None, *, split: bool) -> Mapping:

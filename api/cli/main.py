@@ -6,10 +6,14 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from copy import copy
+from functools import cache
 from itertools import pairwise
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import typer
+import typer.main
+from typer.models import CommandInfo
 
 from api.cli.align import align
 from api.cli.analyse import analyse
@@ -145,10 +149,38 @@ def main(arguments: Sequence[str], *, settled: Callable[[], None] = lambda: None
     return 1
 
 
+@cache
+def _commands(name: str) -> Callable[..., Any]:  # Any: what a command returns
+    """The command or group of this name, or all of them where there is none, with options read from their functions.
+
+    Reading all takes as long as the rest of a start; a program that calls a command many times pays for it once.
+    """
+    one = copy(app)
+    one.registered_commands = [c for c in app.registered_commands if _name_of(c) == name]
+    one.registered_groups = [
+        g for g in app.registered_groups if g.typer_instance and g.typer_instance.info.name == name
+    ]
+    found = one.registered_commands or one.registered_groups
+    return typer.main.get_command(one if found else app)
+
+
+@cache
+def _names() -> frozenset[str]:
+    groups = (g.typer_instance.info.name for g in app.registered_groups if g.typer_instance)
+    return frozenset([*map(_name_of, app.registered_commands), *(str(name) for name in groups)])
+
+
+def _name_of(command: CommandInfo) -> str:
+    return command.name or str(getattr(command.callback, "__name__", ""))
+
+
 def _ended(arguments: Sequence[str]) -> int:
     """The exit status of a command that was not interrupted; _TYPER_INTERRUPTED where typer says that it was."""
     try:
-        result = app(repeat_options(arguments), prog_name="damper-rig", standalone_mode=False)
+        name = arguments[0] if arguments else ""
+        result = _commands(name if name in _names() else "")(
+            repeat_options(arguments), prog_name="damper-rig", standalone_mode=False
+        )
         return result if isinstance(result, int) else 0
     except typer.Abort:
         raise

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import typer
 
-__all__ = ["check_file", "check_folder", "to_file", "to_file_here", "to_folder"]
+__all__ = ["check_file", "check_folder", "part_of", "to_file", "to_file_here", "to_folder"]
 
 
 def to_file(context: typer.Context, place: Path | None) -> Path | None:
@@ -91,3 +91,8 @@ def _refuse(place: Path, why: str, because: Exception | None = None) -> NoReturn
     from api.errors import InputError
 
     raise InputError(f"{place!s:.200}: {why}") from because
+
+
+def part_of(output: Path) -> Path:
+    """Where a study keeps what it has done until its page is written."""
+    return output.with_name(f"{output.name}.part")

@@ -47,14 +47,16 @@ def simulate(
     fmu_set: FmuSet = None,
     as_json: AsJson = False,
 ) -> None:
-    """Simulate a run from its inputs only: displacement, current and temperature.
+    """Simulate a run from its inputs only: displacement, current and temperature, or the motion of all axes.
 
     Example: damper-rig simulate fitted.json run.h5 -o simulated.h5
     """
+    from api.cli.simulate_axes import simulate_axes
     from api.cli.terminal import answer, progress_bar, warn
     from api.errors import InputError
     from identification.measured import read_runs
     from identification.models import load_model, outside_training, simulate_run
+    from identification.multiaxis import multiaxis_in
     from identification.physical.model import Model
     from identification.physical.within import simulate_run_within
     from rigctl.runfile import with_channel, write_run
@@ -62,6 +64,10 @@ def simulate(
     if tolerance is not None and not 0.0 < tolerance < 1.0:
         raise InputError(f"--tolerance is {tolerance:g}: it must lie between 0 and 1")
     given = fmu_choice([model], fmu_input, fmu_output, fmu_set)
+    axes = None if model.suffix.lower() == ".fmu" else multiaxis_in(model)
+    if axes is not None:
+        simulate_axes(axes, run, output, asked=tolerance is not None or band is not None, as_json=as_json)
+        return
     described = load_model(model, given, only=() if tolerance is None else ("physical",))
     (measured,) = read_runs([run])
     with progress_bar("simulating"):

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from api.cli.places import to_file
+from api.cli.places import part_of, to_file
 
 __all__ = ["complexity"]
 
@@ -44,18 +44,29 @@ def complexity(
 ) -> None:
     """What each element of a model is worth in the vehicle: measure more, keep or simplify; the ladder of models.
 
+    An interrupted study goes on where it was: what is done stands in PAGE.html.part until the page is written.
+
     Example: damper-rig study complexity model.json runs/*.h5 --plan plan.toml -o complexity.html
     """
     from api.cli.terminal import answer, progress_bar, warn
     from api.errors import InputError
+    from excitation.atomic import written_whole
     from excitation.configuration import read_config, to_spec
     from identification.compute import chosen
+    from identification.errors import OutputError
     from identification.measured import read_runs
     from identification.models import load_model
     from identification.physical.modelfile import read_model, write_model
-    from identification.studies.complexity import Plan, complexity_data, complexity_text, write_complexity
+    from identification.studies.complexity import (
+        Plan,
+        complexity_data,
+        complexity_text,
+        plan_of_tests,
+        write_complexity,
+    )
     from identification.studies.complexity import complexity as studied
     from identification.studies.complexity.feasible import read_feasible
+    from identification.studies.journal import kept
 
     if output.suffix != ".html":
         raise InputError(f"{output}: the study is a web page: end its name in .html")
@@ -65,9 +76,15 @@ def complexity(
     for step in asked.step:
         step.check(full)
     warn(measured)
-    with chosen(os.environ), progress_bar("fitting") as tell:
+    with chosen(os.environ), kept(part_of(output)), progress_bar("fitting") as tell:
         found = studied(full, measured, asked.step, matters=asked.matters, feasible=known, beside=others, tell=tell)
     write_complexity(output, found)
     if simplified is not None:
         write_model(simplified, found.simplified)
-    answer(f"{complexity_text(found)}\n{output}", {"file": str(output), **complexity_data(found)}, as_json=as_json)
+    tests, said = plan_of_tests(found), complexity_text(found)
+    if tests:
+        designs = output.with_name(f"{output.stem}-tests.toml")
+        with written_whole(designs, OutputError) as temporary:
+            temporary.write_text(tests, encoding="utf-8")
+        said += f"\n{designs}: the tests to measure more, for damper-rig design"
+    answer(f"{said}\n{output}", {"file": str(output), **complexity_data(found)}, as_json=as_json)

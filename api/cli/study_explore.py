@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from api.cli.places import to_file
+from api.cli.places import part_of, to_file
 
 __all__ = ["explore"]
 
@@ -71,6 +71,6 @@ def explore(
     check_explorable(start, measured, asked)
     warn(measured)
     with chosen(os.environ), progress_bar("exploring") as tell:
-        found = explored(start, measured, asked, tell=tell, journal=output.with_name(f"{output.name}.part"))
+        found = explored(start, measured, asked, tell=tell, journal=part_of(output))
     write_explored(output, found)
     answer(f"{explored_text(found)}\n{output}", {"file": str(output), **explored_data(found)}, as_json=as_json)

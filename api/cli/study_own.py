@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -9,6 +10,7 @@ import typer
 
 from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
 from api.cli.options import AsJson
+from api.cli.places import part_of
 from api.cli.study_vehicle import Current, Models, Page, Step, check_page, models_of
 
 __all__ = ["own"]
@@ -38,6 +40,8 @@ def own(
     """
     from api.cli.terminal import answer, progress_bar
     from excitation.configuration import key_of, read_config, to_spec
+    from identification.compute import chosen
+    from identification.studies.journal import kept
     from identification.studies.vehicle import (
         FmuWiring,
         OnOwn,
@@ -55,7 +59,7 @@ def own(
     wires = to_spec(FmuWiring, read_config(wiring), str(wiring))
     loaded = models_of(models, fmu_choice(models, fmu_input, fmu_output, fmu_set))
     vehicle = open_vehicle(fmu, wires)
-    with progress_bar("study") as tell:
+    with chosen(os.environ), kept(part_of(output)), progress_bar("study") as tell:
         found = own_study(vehicle, loaded, asked, on_progress=tell)
     write_study(output, found)
     answer(f"{study_text(found)}\n{output}", study_data(found) | {"file": str(output)}, as_json=as_json)

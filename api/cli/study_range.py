@@ -37,23 +37,14 @@ def range_(
     from identification.measured import read_runs
     from identification.models import load_model
     from identification.studies.range_page import write_range
-    from identification.studies.service_range import (
-        covered_by_runs,
-        range_data,
-        range_of,
-        range_text,
-        rig_limits,
-        training_limits,
-    )
+    from identification.studies.service_range import range_data, range_text, service_range
 
     if output.suffix != ".html":
         raise InputError(f"{output}: the chart is a web page: end its name in .html")
-    limits = [rig_limits(read_envelope(envelope))] if envelope else []
-    stated = training_limits(load_model(model)) if model else None
+    limits, known = read_envelope(envelope) if envelope else None, load_model(model) if model else None
     driven, learned = read_runs(service), read_runs(trained) if trained else []
-    runs = [covered_by_runs("the training runs", learned)] if learned else []
-    name = service[0].name if len(service) == 1 else f"{len(service)} runs"
-    found = range_of(covered_by_runs(name, driven), runs, [stated, *limits])
+    name = service[0].name if len(service) == 1 else ""
+    found = service_range(driven, learned, model=known, envelope=limits, name=name)
     warn([*driven, *learned])  # only now: a refusal is one line
     write_range(output, found)
     answer(f"{range_text(found)}\n{output}", range_data(found) | {"file": str(output)}, as_json=as_json)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from api.cli.places import to_file
+from api.cli.places import part_of, to_file
 
 __all__ = ["sensitivity"]
 
@@ -65,6 +65,6 @@ def sensitivity(
     if at is not None:
         asked = at_run(asked, read_runs([at]))
     with chosen(os.environ), progress_bar("simulating") as tell:
-        found = studied(start, asked, tell=tell, journal=output.with_name(f"{output.name}.part"))
+        found = studied(start, asked, tell=tell, journal=part_of(output))
     write_sensitivity(output, found)
     answer(f"{sensitivity_text(found)}\n{output}", {"file": str(output), **sensitivity_data(found)}, as_json=as_json)

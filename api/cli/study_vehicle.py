@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,7 +11,7 @@ import typer
 
 from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
 from api.cli.options import AsJson
-from api.cli.places import to_file
+from api.cli.places import part_of, to_file
 
 if TYPE_CHECKING:
     from identification.models import Choice, SimulationModel
@@ -166,11 +167,13 @@ def _finish(
 ) -> None:
     """Carry a study out, write its page, and answer."""
     from api.cli.terminal import answer, progress_bar
+    from identification.compute import chosen
+    from identification.studies.journal import kept
     from identification.studies.vehicle import study_data, study_text, vehicle_study, write_study
 
     check_page(output)
     loaded, inside = models_of(models, choice), models_of([specimen], choice)[0] if specimen else None
-    with progress_bar("study") as tell:
+    with chosen(os.environ), kept(part_of(output)), progress_bar("study") as tell:
         found = vehicle_study(loaded, setting, specimen=inside, on_progress=tell)
     write_study(output, found)
     answer(f"{study_text(found)}\n{output}", study_data(found) | {"file": str(output)}, as_json=as_json)

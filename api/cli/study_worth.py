@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +10,7 @@ import typer
 
 from api.cli.fmu import FmuInput, FmuOutput, FmuSet, fmu_choice
 from api.cli.options import AsJson
+from api.cli.places import part_of
 from api.cli.study_vehicle import Config, Current, Page, Step, check_page, models_of, settings
 
 if TYPE_CHECKING:
@@ -44,6 +46,8 @@ def worth(
     """
     from api.cli.terminal import answer, progress_bar
     from api.errors import InputError
+    from identification.compute import chosen
+    from identification.studies.journal import kept
     from identification.studies.vehicle import study_data, study_text, vehicle_study, write_study
     from identification.studies.vehicle import without as left
     from identification.studies.vehicle import worth as worth_of
@@ -56,7 +60,7 @@ def worth(
     found, *others = models_of(paths, fmu_choice(paths, fmu_input, fmu_output, fmu_set))
     bare = others[0] if others else left(found, without or [])
     effect = " and ".join(without) if without else _named(found, bare)
-    with progress_bar("study") as tell:
+    with chosen(os.environ), kept(part_of(output)), progress_bar("study") as tell:
         # Of a controlled seat the damper has the effect; what differs is the model in which its current is looked up.
         answered = worth_of(
             found, bare, lambda both: vehicle_study(both, setting, specimen=found, on_progress=tell), effect

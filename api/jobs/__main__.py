@@ -55,6 +55,7 @@ def _do(given: dict[str, Any]) -> dict[str, Any]:
     from api.jobs.kind import Task
     from api.jobs.kinds import find_kind
     from identification.compute import chosen
+    from identification.studies.journal import kept
 
     kind = find_kind(given["kind"])
     task = Task(
@@ -67,7 +68,10 @@ def _do(given: dict[str, Any]) -> dict[str, Any]:
         return {}
     folder = Path(given["folder"])
     folder.mkdir(parents=True, exist_ok=True)
-    with chosen(os.environ):
+    journal = Path(given["journal"]) if given["journal"] else None
+    if journal is not None:
+        journal.parent.mkdir(parents=True, exist_ok=True)
+    with chosen(os.environ), kept(journal):
         return kind.run(task, folder, lambda done, text: _say({"done": done, "text": text}))
 
 

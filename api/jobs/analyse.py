@@ -16,7 +16,7 @@ __all__ = ["ANALYSE", "AnalyseRequest"]
 @dataclass(frozen=True, kw_only=True)
 class AnalyseRequest:
     """Best linear approximation, odd and even distortion, noise and change over time of ``runs`` by their ids, of a
-    campaign, or of a rig. All must be of one multisine design and level.
+    campaign, or of a rig. All must be periodic; each design and level is analysed by itself.
 
     Raises InputError: one line.
     """
@@ -47,22 +47,26 @@ class AnalyseRequest:
 
 
 def _check(task: Task) -> None:
-    from identification.analysis import analyse_runs
+    from identification.analysis import analyse_levels
     from identification.measured import read_runs
 
-    analyse_runs(read_runs((*task.runs, *task.held_out), once=True))  # as quick as any part of it
+    analyse_levels(read_runs((*task.runs, *task.held_out), once=True))  # as quick as any part of it
 
 
 def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
-    from identification.analysis import analyse_runs, analysis_data, write_analysis
+    from identification.analysis import analyse_levels, levels_data, write_analysis
     from identification.measured import read_runs
 
-    found = analyse_runs(read_runs((*task.runs, *task.held_out), once=True))  # held-out runs too: nothing is fitted
+    found = analyse_levels(read_runs((*task.runs, *task.held_out), once=True))  # held-out runs too: nothing is fitted
     tell(0.5, "drawing")
-    data = analysis_data(found)
+    data = levels_data(found)
     (folder / "analysis.json").write_text(json.dumps(data, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     write_analysis(folder / "analysis.html", found)
-    return {key: data[key] for key in ("runs", "band", "method", "force", "notes")}
+    each = [{key: one[key] for key in _TOLD} for one in data.get("levels", [data])]
+    return each[0] if len(each) == 1 else {"levels": each}
+
+
+_TOLD = ("runs", "level", "band", "method", "force", "notes")
 
 
 ANALYSE = Kind(

@@ -1,4 +1,4 @@
-"""The kind ``identify``: a black box, a hybrid or an inverse from measured runs, as `damper-rig identify` finds it."""
+"""The kind ``identify``: a model from measured runs that is no list of elements, as `damper-rig identify` finds it."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ class IdentifyRequest:
 
     Held-out runs are only simulated and compared. ``regressors``: sets such as ``F1 v0 v1``, in place of a choice of
     them, with ``nodes`` of the hidden layer; ``rate_hz``: all runs are resampled to it first. ``base``: the physical
-    model under a hybrid, or the forward model of an inverse. ``select``: search the regressors first, up to a
-    ``longest`` delay in samples; ``every``: train every structure of the search. ``layers``: narx and mlp: nodes of
-    each hidden layer, such as ``14,8``; ``activation``: of these layers; ``evolve``: activations and first weights by
-    differential evolution.
+    model under a hybrid or the main axis of ``multiaxis``, or the forward model of an inverse. ``select``: search the
+    regressors first, up to a ``longest`` delay in samples; ``every``: train every structure of the search. ``layers``:
+    narx and mlp: nodes of each hidden layer, such as ``14,8``; ``activation``: of these layers; ``evolve``: activations
+    and first weights by differential evolution.
 
     Raises InputError or ModelError: one line.
     """
@@ -43,7 +43,7 @@ class IdentifyRequest:
     __pydantic_config__: ClassVar[dict[str, Any]] = {"extra": "forbid"}
 
     kind: Literal["identify"]
-    model_kind: Literal["nnoe", "narx", "mlp", "arx", "polynomial", "hybrid", "inverse"]
+    model_kind: Literal["nnoe", "narx", "mlp", "arx", "polynomial", "hybrid", "inverse", "multiaxis"]
     name: str = ""
     regressors: list[str] = field(default_factory=list)
     nodes: int | None = None
@@ -74,6 +74,10 @@ class IdentifyRequest:
             raise InputError("regressors and select: give one of them")
         if self.select and self.model_kind == "inverse":
             raise InputError("select is for a model of the force: an inverse takes regressors")
+        if self.model_kind == "multiaxis" and (self.regressors or self.nodes or self.layers or self.activation):
+            raise InputError("multiaxis: axes are chosen by correlation: leave out regressors, nodes and layers")
+        if self.model_kind == "multiaxis" and (self.evolve or self.select):
+            raise InputError("evolve and select are for one axis: leave them out")
         if self.base is not None:
             check_model(self.base, where="base")
 
@@ -98,6 +102,12 @@ def _check(task: Task) -> None:
         _layers(asked)  # refused
         inverse_runs(runs, held_out, _base(asked), structures=structures, rate_hz=asked["rate_hz"])
         return
+    if asked["model_kind"] == "multiaxis":
+        from identification.multiaxis import check_multiaxis
+
+        _physical(asked)
+        check_multiaxis(runs, held_out, rate_hz=asked["rate_hz"])
+        return
     from identification.blackbox import check_searchable, given, offer_asked, structures_asked
     from identification.fitting.hybrid_base import base_asked
 
@@ -115,7 +125,7 @@ def _check(task: Task) -> None:
 
 def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
     asked = task.request
-    figures = (_inverse if asked["model_kind"] == "inverse" else _blackbox)(task, folder, tell)
+    figures = {"inverse": _inverse, "multiaxis": _axes}.get(asked["model_kind"], _blackbox)(task, folder, tell)
     (folder / "figures.json").write_text(dumps(figures, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     keys = ("fit_predicted", "fit_trained", "fit_held_out", "stable", "fit_current_predicted", "tracked")
     return {key: figures[key] for key in keys if key in figures}
@@ -189,6 +199,30 @@ def _inverse(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
     )
     write_inverse(folder / "model.json", result.model)
     return inverse_data(result)
+
+
+def _axes(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
+    from identification.fitting.axes_base import axes_base
+    from identification.multiaxis import (
+        axes_data,
+        check_multiaxis,
+        identify_multiaxis,
+        main_axis_runs,
+        write_multiaxis,
+    )
+
+    runs, held_out, _ = check_multiaxis(*_read(task), rate_hz=task.request["rate_hz"])
+    main = main_axis_runs(runs)
+    tell(0.0, "base of the main axis")
+    result = identify_multiaxis(
+        runs,
+        held_out=held_out,
+        base=axes_base(_physical(task.request), main) if main else None,
+        name="multiaxis",
+        tell=lambda done, text: tell(_BEFORE + (1.0 - _BEFORE) * done, text),
+    )
+    write_multiaxis(folder / "model.json", result.model)
+    return axes_data(result)
 
 
 def _read(task: Task) -> tuple[Sequence[Run], Sequence[Run]]:

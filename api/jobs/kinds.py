@@ -12,12 +12,29 @@ from api.jobs.explore import EXPLORE, ExploreRequest
 from api.jobs.fit import FIT, FitRequest
 from api.jobs.identify import IDENTIFY, IdentifyRequest
 from api.jobs.kind import Kind
+from api.jobs.multi_axis import MULTI_AXIS, MultiAxisRequest
+from api.jobs.realtime import REALTIME, RealtimeRequest
 from api.jobs.sensitivity import SENSITIVITY, SensitivityRequest
+from api.jobs.service_range import RANGE, RangeRequest
 from api.jobs.vehicle import VEHICLE, VehicleRequest
 
 __all__ = ["KINDS", "AnyRequest", "find_kind"]
 
-_ALL = (EXPLAIN, FIT, CHARACTERISE, COMPARE, IDENTIFY, ANALYSE, EXPLORE, SENSITIVITY, COMPLEXITY, VEHICLE)
+_ALL = (
+    EXPLAIN,
+    FIT,
+    CHARACTERISE,
+    COMPARE,
+    IDENTIFY,
+    ANALYSE,
+    EXPLORE,
+    SENSITIVITY,
+    COMPLEXITY,
+    VEHICLE,
+    MULTI_AXIS,
+    RANGE,
+    REALTIME,
+)
 KINDS = {kind.name: kind for kind in _ALL}
 AnyRequest = (
     ExplainRequest
@@ -30,6 +47,9 @@ AnyRequest = (
     | ExploreRequest
     | SensitivityRequest
     | ComplexityRequest
+    | MultiAxisRequest
+    | RangeRequest
+    | RealtimeRequest
 )
 
 

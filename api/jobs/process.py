@@ -41,8 +41,9 @@ class Answer:
 class JobProcess:
     """One job in a process of its own; it ends when this process dies. ``progress`` is (share done, phase).
 
-    With ``folder`` None it only checks the input. ``part``: the descriptor of a lock that it holds as long as it lives.
-    ``memory_bytes``: what it may take, and each process that it starts; 0: ``MEMORY_SHARE`` of the computer's.
+    With ``folder`` None it only checks the input. ``journal``: where a study keeps what it has done. ``part``: the
+    descriptor of a lock that it holds as long as it lives. ``memory_bytes``: what it may take, and each process that it
+    starts; 0: ``MEMORY_SHARE`` of the computer's.
     """
 
     def __init__(
@@ -53,6 +54,7 @@ class JobProcess:
         held_out: Sequence[Path],
         *,
         folder: Path | None,
+        journal: Path | None = None,
         part: int | None = None,
         memory_bytes: int = 0,
     ) -> None:
@@ -72,6 +74,7 @@ class JobProcess:
             "runs": [str(path) for path in runs],
             "held_out": [str(path) for path in held_out],
             "folder": "" if folder is None else str(folder),
+            "journal": "" if journal is None else str(journal),
             "memory_bytes": memory_bytes or int(MEMORY_SHARE * (computer_memory() or 0)),
         }
         assert self._process.stdin is not None  # a pipe was asked for

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import time
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +16,8 @@ from api.jobs.store import JobStore
 from api.store.part_file import PartMark, part_files
 
 __all__ = ["Results", "put_results_right", "remove_old_results"]
+
+JOURNALS = "journals"  # the folder of what interrupted studies have done
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +39,12 @@ class Results:
         if not path.is_file():
             raise NotFound(f"{name} of {noun} {job.id} is no longer among the results: submit it again")
         return path
+
+    def journal(self, job: Job) -> Path:
+        """Where a study keeps what it has done, by what was asked: the same job, sent again, goes on where one was."""
+        asked = [job.kind, dict(job.request)]
+        text = json.dumps(asked, sort_keys=True, default=str)
+        return self.root / JOURNALS / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.journal"
 
     def begin(self, job_id: str) -> PartMark:
         """The folder of a job, marked as being written; raises OSError."""
@@ -59,9 +70,16 @@ def put_results_right(jobs: JobStore, results: Results) -> int:
 
 
 def remove_old_results(jobs: JobStore, results: Results, *, keep_s: float) -> int:
-    """Remove the files of every job that ended longer ago than ``keep_s``; its record stays. Returns how many."""
+    """Remove the files of every job that ended longer ago than ``keep_s``; its record stays. Returns how many.
+
+    What interrupted studies have kept is removed at the same age.
+    """
     old = jobs.with_files_older_than(keep_s)
     for job_id in old:
         results.remove(job_id)
         jobs.files_removed(job_id)
+    for left in (results.root / JOURNALS).glob("*"):
+        with suppress(OSError):  # a study may remove it meanwhile
+            if time.time() - left.stat().st_mtime > keep_s:
+                left.unlink()
     return len(old)

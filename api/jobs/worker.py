@@ -89,8 +89,11 @@ class JobWorker:
     def _run_in_process(self, held: HeldJob, paths: tuple[Sequence[Path], Sequence[Path]], part: PartMark) -> bool:
         """Whether it has a result; how it ended is stored."""
         job = held.job
-        folder, most = self._results.folder(job.id), self._settings.job_memory_bytes
-        with JobProcess(job.kind, job.request, *paths, folder=folder, part=part.handle, memory_bytes=most) as process:
+        folder, journal = self._results.folder(job.id), self._results.journal(job)
+        most = self._settings.job_memory_bytes
+        with JobProcess(
+            job.kind, job.request, *paths, folder=folder, journal=journal, part=part.handle, memory_bytes=most
+        ) as process:
             cancelled = self._follow(held, process)
             if self._stop.is_set():
                 held.give_back()

@@ -136,6 +136,7 @@ class CheckAnswer(Answer):
     duration_s: float = Field(description="Of motion and dwells, without waiting for an operator or the oil.")
     energy_j: float | None
     highest_degc: float | None = Field(description="Of the damper, predicted.")
+    warnings: list[str] = Field(description="Detection lines of a test that another channel excites.")
 
 
 class CampaignList(Answer):
@@ -300,6 +301,7 @@ def check_answer(found: CampaignEstimate) -> CheckAnswer:
         duration_s=found.duration_s,
         energy_j=found.energy_j,
         highest_degc=found.highest_degc,
+        warnings=list(found.warnings),
     )
 
 

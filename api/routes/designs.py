@@ -25,6 +25,7 @@ from api.service import Service, ServiceDep
 from api.store.designs import Design
 from api.store.samples import KIND, names_of_samples, plays_samples
 from excitation import Test, TestPlan
+from excitation.analysis import spoiled_in
 from excitation.plan import MakeExcitation, conditions_of, config_of
 
 __all__ = ["router"]
@@ -76,6 +77,12 @@ class DesignSummary(Answer):
     created: str
 
 
+class DesignStored(DesignSummary):
+    """A design that was just stored, and what to know before it is played."""
+
+    warnings: list[str]
+
+
 class DesignAnswer(DesignSummary):
     """A stored design with the configurations of its tests."""
 
@@ -90,7 +97,7 @@ class DesignList(Answer):
     next_cursor: str | None
 
 
-@router.post("", status_code=201, response_model=DesignSummary)
+@router.post("", status_code=201, response_model=DesignStored)
 def create(body: NewDesign, service: ServiceDep, creation: CreationDep) -> Response:
     """Store the tests of a plan under a name."""
     return _store(service, creation, body, body.plan(service.runs.samples.excitations()))
@@ -99,7 +106,7 @@ def create(body: NewDesign, service: ServiceDep, creation: CreationDep) -> Respo
 @router.post(
     "/file",
     status_code=201,
-    response_model=DesignSummary,
+    response_model=DesignStored,
     openapi_extra={
         "requestBody": {
             "required": True,
@@ -175,11 +182,13 @@ def _store(
     tests = [_config(test, given) for test, given in zip(plan.tests, new.tests, strict=True)]
     warm_up = None if plan.warm_up is None or new.warm_up is None else _config(plan.warm_up, new.warm_up)
 
+    warnings = list(spoiled_in(plan))
+
     def made() -> tuple[BaseModel, str]:
         keep()
         service.runs.samples.hold((*tests, warm_up))
         design = service.designs.create(new.name, tests, warm_up, plan.duration_s)
-        return _summary(design), f"/v1/designs/{design.id}"
+        return DesignStored(**dict(_summary(design)), warnings=warnings), f"/v1/designs/{design.id}"
 
     return creation.answer(made)
 

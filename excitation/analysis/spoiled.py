@@ -56,8 +56,10 @@ def _and_more(count: int) -> str:
 
 
 def _of_excitation(excitation: Excitation) -> tuple[str, ...]:
-    period, moving = excitation.period_samples, excitation.current_a is not None and np.ptp(excitation.current_a) > 0.0
-    if excitation.kind != Kind.MULTISINE or not period or excitation.current_a is None or not moving:
+    period = excitation.period_samples
+    if excitation.kind != Kind.MULTISINE or not period:
+        return ()  # before its samples are made
+    if excitation.current_a is None or np.ptp(excitation.current_a) == 0.0:
         return ()
     channels = {"displacement": excitation.displacement_m, "current": excitation.current_a}
     found = {}

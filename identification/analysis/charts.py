@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from excitation.analysis import Analysis, Response
+from excitation.analysis import Analysis, Level, Levels, Response
 from identification.page_style import CLEAR, COLOURS, LAYOUT
 
-__all__ = ["charts", "coherence", "force_spectrum", "over_time", "response"]
+__all__ = ["charts", "coherence", "force_spectrum", "over_levels", "over_time", "own_charts", "response", "responses"]
 
 Floats = NDArray[np.float64]
 
@@ -32,10 +34,15 @@ _TITLES = {
 
 def charts(found: Analysis) -> list[go.Figure]:
     """All figures, in the order of the page."""
-    out = [force_spectrum(found)]
+    first, *rest = own_charts(found)
     order = {"velocity": 0, "displacement": 1}
-    out += [response(one) for one in sorted(found.responses, key=lambda one: order.get(one.over, 2))]
-    out.append(coherence(found))
+    linear = [response(one) for one in sorted(found.responses, key=lambda one: order.get(one.over, 2))]
+    return [first, *linear, *rest]
+
+
+def own_charts(found: Analysis) -> list[go.Figure]:
+    """What is drawn for each level by itself: spectrum, coherence, change over the run."""
+    out = [force_spectrum(found), coherence(found)]
     return [*out, over_time(found)] if found.variation.trends else out
 
 
@@ -63,23 +70,15 @@ def force_spectrum(found: Analysis) -> go.Figure:
 
 def response(one: Response) -> go.Figure:
     """Magnitude and phase with the band that holds 95 %."""
-    title, unit = _TITLES[one.over]
-    every = _every(one.frequency_hz)
-    frequency, value, bound = one.frequency_hz[every], one.value[every], one.bound[every]
-    size, phase = np.abs(value), np.degrees(np.angle(value))
-    # 95 % of a normal part of a circular error, from the radius that holds 95 % of both parts
-    half = bound * (1.96 / np.sqrt(2.0) / np.sqrt(-np.log(0.05)))
-    turn = np.degrees(np.arcsin(np.minimum(half / np.maximum(size, np.finfo(np.float64).tiny), 1.0)))
+    return responses([("best linear approximation", one)])
+
+
+def responses(named: Sequence[tuple[str, Response]]) -> go.Figure:
+    """Magnitude and phase of several approximations over one quantity, each with the band that holds 95 %."""
+    title, unit = _TITLES[named[0][1].over]
     figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.06, row_heights=[0.62, 0.38])
-    for row, middle, low, high in (
-        (1, size, np.maximum(size - half, _LOWEST * size), size + half),
-        (2, phase, phase - turn, phase + turn),
-    ):
-        _band(figure, frequency, low, high, row)
-        figure.add_scatter(
-            x=frequency, y=middle, mode="lines+markers", marker={"size": 4}, line={"color": COLOURS[0], "width": 1.5},
-            name="best linear approximation", legendgroup="middle", showlegend=row == 1, row=row, col=1,
-        )  # fmt: skip
+    for number, (name, one) in enumerate(named):
+        _add_response(figure, one, name, COLOURS[number % len(COLOURS)], number)
     figure.update_xaxes(type="log")
     figure.update_xaxes(title="frequency, Hz", row=2, col=1)
     figure.update_yaxes(title=f"magnitude, {unit}", type="log", exponentformat="power", row=1, col=1)
@@ -87,16 +86,78 @@ def response(one: Response) -> go.Figure:
     return _laid_out(figure, title, 520)
 
 
-def _band(figure: go.Figure, frequency: Floats, low: Floats, high: Floats, row: int) -> None:
+def _add_response(figure: go.Figure, one: Response, name: str, colour: str, number: int) -> None:
+    every = _every(one.frequency_hz)
+    frequency, value, bound = one.frequency_hz[every], one.value[every], one.bound[every]
+    size, phase = np.abs(value), np.degrees(np.angle(value))
+    # 95 % of a normal part of a circular error, from the radius that holds 95 % of both parts
+    half = bound * (1.96 / np.sqrt(2.0) / np.sqrt(-np.log(0.05)))
+    turn = np.degrees(np.arcsin(np.minimum(half / np.maximum(size, np.finfo(np.float64).tiny), 1.0)))
+    for row, middle, low, high in (
+        (1, size, np.maximum(size - half, _LOWEST * size), size + half),
+        (2, phase, phase - turn, phase + turn),
+    ):
+        _band(figure, frequency, low, high, row, colour, first=number == 0)
+        figure.add_scatter(
+            x=frequency, y=middle, mode="lines+markers", marker={"size": 4}, line={"color": colour, "width": 1.5},
+            name=name, legendgroup=f"{number}", showlegend=row == 1, row=row, col=1,
+        )  # fmt: skip
+
+
+def _band(
+    figure: go.Figure, frequency: Floats, low: Floats, high: Floats, row: int, colour: str, *, first: bool
+) -> None:
     known = np.isfinite(low) & np.isfinite(high)
     if not np.any(known):
         return
     across = np.concatenate([frequency[known], frequency[known][::-1]])
     figure.add_scatter(
         x=across, y=np.concatenate([low[known], high[known][::-1]]), fill="toself", mode="lines", line={"width": 0},
-        fillcolor="rgba(26,143,143,0.25)", name="holds it with 95 %", legendgroup="band", showlegend=row == 1,
+        fillcolor=_clear(colour), name="holds it with 95 %", legendgroup="band", showlegend=first and row == 1,
         hoverinfo="skip", row=row, col=1,
     )  # fmt: skip
+
+
+def _clear(colour: str) -> str:
+    """A quarter of the colour, so that what lies behind shows."""
+    red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+    return f"rgba({red},{green},{blue},0.25)"
+
+
+def over_levels(named: Sequence[tuple[str, Analysis]]) -> go.Figure:
+    """Parts of the force at each level, as shares of its rms, with their bounds."""
+    figure = go.Figure()
+    names = [name for name, _ in named]
+    for kind, of in _PARTS.items():
+        name, colour, symbol = _KINDS[kind]
+        rows = [(of(found.levels), found.levels.force_rms) for _, found in named]
+        if not any(level is not None for level, _ in rows):
+            continue
+        share = [None if level is None or not force else 100.0 * level.rms / force for level, force in rows]
+        ends = [
+            (0.0, 0.0) if level is None or not force else tuple(100.0 * end / force for end in level.bounds)
+            for level, force in rows
+        ]
+        figure.add_scatter(
+            x=names, y=share, mode="lines+markers", name="noise of one period" if kind == "noise" else name,
+            line={"color": colour, "width": 1.5, "dash": "dot"}, marker={"size": 8, "symbol": symbol},
+            error_y={
+                "type": "data", "symmetric": False, "thickness": 1,
+                "array": [high - (value or 0.0) for (_, high), value in zip(ends, share, strict=True)],
+                "arrayminus": [(value or 0.0) - low for (low, _), value in zip(ends, share, strict=True)],
+            },
+        )  # fmt: skip
+    figure.update_xaxes(title="level: rms of the motion, current", type="category")
+    figure.update_yaxes(title="% of the rms force", rangemode="tozero")
+    return _laid_out(figure, "Distortion and noise from level to level", 440)
+
+
+_PARTS: dict[str, Callable[[Levels], Level | None]] = {
+    "odd": lambda levels: levels.odd,
+    "even": lambda levels: levels.even,
+    "odd and even": lambda levels: levels.nonlinear if levels.odd is None else None,
+    "noise": lambda levels: levels.noise,
+}
 
 
 def coherence(found: Analysis) -> go.Figure:

@@ -6,21 +6,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from excitation.analysis import Analysis, Measurement, Realisation, analyse, designed_lines
+from identification.analysis.setting import PICK_UP_A, periods_of, same_current
 from identification.errors import DataError
 from identification.measured import label_of
 from identification.period import SHORTEST, with_period_seen
 from rigctl.runfile import Run
 
-__all__ = ["analyse_runs", "measurement_of"]
-
-Floats = NDArray[np.float64]
-
-# Rms of the current's mean period below which it rests: coils take tenths of an ampere to amperes, a sensor picks up
-# less than this.
-_PICK_UP_A = 0.01
+__all__ = ["analyse_runs", "measurement_of", "repeating"]
 
 
 def analyse_runs(runs: Sequence[Run]) -> Analysis:
@@ -51,6 +45,7 @@ def measurement_of(runs: Sequence[Run]) -> tuple[Measurement, tuple[str, ...]]:
                 f"{label_of(run)} is sampled at {run.sample_rate_hz:g} Hz and {label_of(first)} at "
                 f"{first.sample_rate_hz:g} Hz: realisations of one design have the same rate; analyse each by itself"
             )
+    _check_held([run for run, _ in seen])
     moving = any("current" in run.channels and _moves(run) for run, _ in seen)
     inputs = ("displacement", "current") if moving else ("displacement",)
     stated = designed_lines(first.design, first.period_samples / first.sample_rate_hz)
@@ -62,6 +57,23 @@ def measurement_of(runs: Sequence[Run]) -> tuple[Measurement, tuple[str, ...]]:
     )
     aborted = [f"{label_of(run)} is {run.status}" for run, _ in seen if run.status != "complete"]
     return measurement, (*(note for _, note in seen if note), *aborted)
+
+
+def repeating(run: Run) -> Run:
+    """The run with the period that its inputs show. Raises DataError where it has none."""
+    return _with_period(run)[0]
+
+
+def _check_held(runs: Sequence[Run]) -> None:
+    """Raises DataError where the mean currents of two runs differ: their forces are of two settings."""
+    held = [None if "current" not in run.channels else float(np.mean(run.channels["current"])) for run in runs]
+    moving = min(float(np.std(run.channels["current"])) if "current" in run.channels else 0.0 for run in runs)
+    for run, value in zip(runs, held, strict=True):
+        if value is not None and held[0] is not None and not same_current(value, held[0], moving):
+            raise DataError(
+                f"{label_of(run)} has a mean current of {value:.3g} A and {label_of(runs[0])} of {held[0]:.3g} A: "
+                "the approximation holds for one; analyse each by itself"
+            )
 
 
 def _with_period(run: Run) -> tuple[Run, str]:
@@ -82,13 +94,7 @@ def _with_period(run: Run) -> tuple[Run, str]:
 
 
 def _moves(run: Run) -> bool:
-    return float(np.std(_periods(run, "current").mean(axis=0))) > _PICK_UP_A
-
-
-def _periods(run: Run, channel: str) -> Floats:
-    """The whole periods of a channel, (P, N)."""
-    count = run.samples // run.period_samples
-    return run.channels[channel][: count * run.period_samples].reshape(count, run.period_samples)
+    return float(np.std(periods_of(run, "current").mean(axis=0))) > PICK_UP_A
 
 
 def _realisation(run: Run, inputs: Sequence[str]) -> Realisation:
@@ -99,6 +105,6 @@ def _realisation(run: Run, inputs: Sequence[str]) -> Realisation:
         )
     return Realisation(
         name=label_of(run),
-        inputs=np.array([_periods(run, name) for name in inputs]),
-        force=_periods(run, "force"),
+        inputs=np.array([periods_of(run, name) for name in inputs]),
+        force=periods_of(run, "force"),
     )

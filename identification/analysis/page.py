@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from excitation.analysis import Analysis, Level
 from excitation.atomic import written_whole
-from identification.analysis.charts import charts
+from identification.analysis.charts import charts, over_levels, own_charts, responses
+from identification.analysis.levels import AtLevel
 from identification.analysis.words import analysis_text, linear_share
 from identification.errors import OutputError
-from identification.page_style import ON_PAPER, STYLE, drawn
+from identification.page_style import ON_PAPER, document, drawn, table
 
 __all__ = ["analysis_html", "write_analysis"]
 
@@ -24,27 +25,71 @@ another realisation of the same design has another peak and so another distortio
 includes distortion and noise; at another level the approximation is another one."""
 
 
-def write_analysis(path: Path, found: Analysis) -> None:
+_MOST_DRAWN = 12  # levels with charts of their own: each takes a browser a tenth of a second and 100 kB
+
+
+def write_analysis(path: Path, levels: Sequence[AtLevel]) -> None:
     """Write the page, whole or not at all. Raises OutputError."""
     with written_whole(path, OutputError) as temporary:
-        temporary.write_text(analysis_html(found), encoding="utf-8")
+        temporary.write_text(analysis_html(levels), encoding="utf-8")
 
 
-def analysis_html(found: Analysis) -> str:
-    """The whole page."""
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8"><link rel="icon" href="data:,">'
-        '<meta name="viewport" content="width=device-width"><title>Linear part, distortion and noise</title>'
-        f"<style>{STYLE}</style></head><body>{''.join(_parts(found))}</body></html>\n"
-    )
+def analysis_html(levels: Sequence[AtLevel]) -> str:
+    """The whole page: one level with all its charts; several drawn together, and each by itself."""
+    parts = _parts(levels[0].found) if len(levels) == 1 else _parts_of_all(levels)
+    return document("Linear part, distortion and noise", parts)
+
+
+def _parts_of_all(levels: Sequence[AtLevel]) -> Iterator[str]:
+    yield "<h1>Linear part, distortion and noise at several levels</h1>"
+    yield f"<p>{len(levels)} designs and levels, each with an approximation of its own.</p>"
+    yield _overview(levels)
+    yield f"<p class=note>{_NOTES}</p>"
+    named = [(one.setting.text, one.found) for one in levels]
+    yield drawn(over_levels(named), first=True)
+    for over in ("velocity", "displacement", "current"):
+        known = [(name, one) for name, found in named for one in found.responses if one.over == over]
+        if known:
+            yield drawn(responses(known), first=False)
+    for number, one in enumerate(levels, start=1):
+        yield f"<h2>Level {number}: {html.escape(one.setting.text)}</h2>{_told(one.found)}{_levels(one.found)}"
+        if number <= _MOST_DRAWN:
+            yield from (drawn(figure, first=False) for figure in own_charts(one.found))
+        yield _runs(one.found)
+    if len(levels) > _MOST_DRAWN:
+        yield f"<p class=note>Beyond {_MOST_DRAWN} levels there are tables only: analyse fewer for their spectra.</p>"
+    yield ON_PAPER
+
+
+def _overview(levels: Sequence[AtLevel]) -> str:
+    heads = ("level", "motion, current", "force, N rms", "linear, % of the power", "odd, N", "even, N", "noise, N")
+    rows = [
+        (
+            str(number),
+            html.escape(one.setting.text),
+            f"{one.found.levels.force_rms:.4g}",
+            f"{linear_share(one.found):.3f}",
+            *(_short(level) for level in (one.found.levels.odd, one.found.levels.even, one.found.levels.noise)),
+        )
+        for number, one in enumerate(levels, start=1)
+    ]
+    return table(f"<tr>{''.join(f'<th>{head}</th>' for head in heads)}</tr>", rows)
+
+
+def _short(level: Level | None) -> str:
+    if level is None:
+        return "–"
+    return f"{level.rms:.3g}" if level.is_seen else f"&lt; {level.bounds[1]:.3g}"
+
+
+def _told(found: Analysis) -> str:
+    first, *_ = analysis_text(found).splitlines()
+    notes = "".join(f"<li>{html.escape(note)}</li>" for note in found.notes)
+    return f"<p>{html.escape(first)}.</p>" + (f"<ul>{notes}</ul>" if notes else "")
 
 
 def _parts(found: Analysis) -> Iterator[str]:
-    first, *_ = analysis_text(found).splitlines()
-    yield "<h1>Linear part, distortion and noise of a periodic test</h1>"
-    yield f"<p>{html.escape(first)}.</p>"
-    if found.notes:
-        yield "<ul>" + "".join(f"<li>{html.escape(note)}</li>" for note in found.notes) + "</ul>"
+    yield f"<h1>Linear part, distortion and noise of a periodic test</h1>{_told(found)}"
     yield f"<h2>Parts of the force</h2>{_levels(found)}<p class=note>{_NOTES}</p>"
     for number, figure in enumerate(charts(found)):
         yield drawn(figure, first=number == 0)

@@ -2,17 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from excitation.analysis import Analysis, Level, Response, Trend
+from identification.analysis.levels import AtLevel
+from identification.analysis.setting import Setting
 
-__all__ = ["analysis_data", "analysis_text", "level_text", "linear_share"]
+__all__ = ["analysis_data", "analysis_text", "level_text", "levels_data", "levels_text", "linear_share"]
 
 # Any: JSON
+
+
+def levels_text(levels: Sequence[AtLevel]) -> str:
+    """The text of one level; of several one after the other, each under its motion and current."""
+    if len(levels) == 1:
+        return analysis_text(levels[0].found)
+    count = len(levels)
+    return "\n".join(
+        f"level {number} of {count}: {one.setting.text}\n{analysis_text(one.found)}"
+        for number, one in enumerate(levels, start=1)
+    )
+
+
+def levels_data(levels: Sequence[AtLevel]) -> dict[str, Any]:
+    """The figures of one level; of several under ``levels``, one after the other."""
+    each = [{**analysis_data(one.found), "level": _setting(one.setting)} for one in levels]
+    return each[0] if len(each) == 1 else {"levels": each}
+
+
+def _setting(one: Setting) -> dict[str, float | None]:
+    return {
+        "displacement_rms": one.displacement_rms_m,
+        "velocity_rms": one.velocity_rms_m_s,
+        "current_rms": one.current_rms_a,
+        "current_mean": one.current_mean_a,
+    }
 
 
 def analysis_text(found: Analysis) -> str:

@@ -43,9 +43,9 @@ def interval_in(data: Json) -> float:
     return 1.0 / rate
 
 
-def facts_to_json(model: Learned) -> dict[str, Json]:
+def facts_to_json(facts: Mapping[str, float]) -> dict[str, Json]:
     """Facts of the training; null for what is not known."""
-    return {name: value if math.isfinite(value) else None for name, value in model.facts.items()}
+    return {name: value if math.isfinite(value) else None for name, value in facts.items()}
 
 
 def facts_in(data: Json) -> dict[str, float]:

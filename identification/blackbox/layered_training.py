@@ -8,14 +8,15 @@ from functools import partial
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.blackbox.band import LeftOut, band_of, coverage_of
 from identification.blackbox.choose import Judged, in_order
 from identification.blackbox.evolution import evolve
 from identification.blackbox.folds import Fold, folds_of
 from identification.blackbox.layered import LayeredNarx
-from identification.blackbox.layers import Layers, Predictor, first_layer_weights, rows_of, span_of
-from identification.blackbox.levenberg import train
+from identification.blackbox.layers import Layers, Predictor, Rows, first_layer_weights, rows_of, span_of
+from identification.blackbox.levenberg import Trained, train
 from identification.blackbox.networks import scales_for
 from identification.blackbox.samples import Course, samples_of
 from identification.blackbox.scaling import Scales
@@ -23,6 +24,7 @@ from identification.blackbox.share import fair_share
 from identification.blackbox.structure import FORCE, Structure
 from identification.compute import run
 
+Floats = NDArray[np.float64]
 Told = Callable[[float, str], None]
 
 # Samples that are learned, a fair share of longer courses; steps and tolerance of the least squares. Half of the
@@ -78,18 +80,40 @@ def train_layered(one: Layered, courses: Sequence[Course], scales: Scales, *, se
     rows = rows_of(samples_of(fair_share(courses, _LEARNED), one.structure, scales), one.structure.fed_back)
     layers, facts, span = one.layers, dict[str, float](), span_of(scales[FORCE])
     weights = first_layer_weights(layers, width, seed)
+    tried = [layers]
     if one.evolved:
         found = evolve(layers, span, rows, seed=seed)
-        layers, weights = found.layers, found.weights
+        tried, weights = usual_beside(found.layers), found.weights
         facts = {"fitness_first": float(found.best[0]), "fitness_last": float(found.best[-1])}
-    trained = train(
-        Predictor(layers, width, span), weights, rows, decay=one.decay, most_steps=_STEPS, tolerance=_TOLERANCE
-    )
+    layers, trained = trained_best(tried, weights, rows, width, span, one.decay)
     kept = {name: scales[name] for name in (FORCE, *one.structure.signals)}
     return LayeredNarx(
         name="", dt=courses[0].motion.dt, scales=kept, structure=one.structure, layers=layers, weights=trained.weights,
         facts=facts,
     )  # fmt: skip
+
+
+def usual_beside(layers: Layers) -> list[Layers]:
+    """The layers, and the same with the usual activations, tansig and purelin, in place of one of theirs or both.
+
+    An evolution judges untrained networks. Among those a bounded output or a linear layer does little harm; trained,
+    the one keeps the force from its largest values, the other the network from bending.
+    """
+    usual = Layers(layers.nodes)
+    pairs = product((layers.hidden, usual.hidden), (layers.output, usual.output))
+    return [replace(layers, hidden=hidden, output=output) for hidden, output in dict.fromkeys(pairs)]
+
+
+def trained_best(
+    tried: Sequence[Layers], weights: Floats, rows: Rows, width: int, span: tuple[float, float], decay: float
+) -> tuple[Layers, Trained]:
+    """The layers whose training from the same weights ends at the lowest cost, and that training."""
+    found = [
+        (one, train(Predictor(one, width, span), weights, rows, decay=decay, most_steps=_STEPS, tolerance=_TOLERANCE))
+        for one in tried
+    ]
+    count = rows.force.size
+    return min(found, key=lambda pair: count * pair[1].error + decay * float(pair[1].weights @ pair[1].weights))
 
 
 def _judged(

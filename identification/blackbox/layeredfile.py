@@ -35,7 +35,7 @@ def layered_to_json(model: LayeredNarx) -> dict[str, Json]:
         "regressors": [str(one) for one in model.structure.regressors],
         "activations": [model.layers.hidden, model.layers.output],
         "layers": [{"weights": matrix.tolist(), "biases": bias.tolist()} for matrix, bias in parts],
-        "facts": facts_to_json(model),
+        "facts": facts_to_json(model.facts),
         **band_to_json(model.band),
     }
 

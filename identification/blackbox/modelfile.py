@@ -62,7 +62,7 @@ def blackbox_to_json(model: BlackBox) -> dict[str, Json]:
         "signals": scales_to_json(model.scales),
         "measured": list(model.measured),
         "members": [member_to_json(member) for member in model.members],
-        "facts": facts_to_json(model),
+        "facts": facts_to_json(model.facts),
         **band_to_json(model.band),
     }
 
@@ -106,7 +106,7 @@ def member_from_json(where: str, data: Json) -> Member:
 
 def scales_to_json(scales: Scales) -> dict[str, Json]:
     """Scales as JSON data."""
-    return {name: {key: getattr(scale, key) for key in _SCALE} for name, scale in scales.items()}
+    return {name: scale_to_json(scale) for name, scale in scales.items()}
 
 
 def scales_from_json(data: Json) -> Scales:
@@ -115,10 +115,16 @@ def scales_from_json(data: Json) -> Scales:
     unknown = set(signals) - {FORCE, MODEL, *SIGNALS}
     if unknown:
         raise ModelError(f"signals.{min(unknown)} is no signal: use {FORCE}, {', '.join(SIGNALS)}")
-    return {name: _scale(f"signals.{name}", one) for name, one in signals.items()}
+    return {name: scale_in(f"signals.{name}", one) for name, one in signals.items()}
 
 
-def _scale(where: str, data: Json) -> Scale:
+def scale_to_json(scale: Scale) -> dict[str, Json]:
+    """One scale as JSON data."""
+    return {key: getattr(scale, key) for key in _SCALE}
+
+
+def scale_in(where: str, data: Json) -> Scale:
+    """The scale at a place of a file; raises ModelError."""
     given = object_in(where, data)
     try:
         return Scale(*(number_in(f"{where}.{key}", given.get(key)) for key in _SCALE))

@@ -16,7 +16,7 @@ from identification.blackbox.training import scales_of
 
 Told = Callable[[float, str], None]
 
-MOST_DECADES = 2  # of weight decay beyond those that a kind begins with
+MOST_DECADES = 1  # of weight decay beyond those that a kind begins with
 
 
 def networks(

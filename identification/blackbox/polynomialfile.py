@@ -35,7 +35,7 @@ def polynomial_to_json(model: PolynomialNarx) -> dict[str, Json]:
             {"term": [every[index] for index in term], "coefficient": float(value)}
             for term, value in zip(model.terms, model.coefficients, strict=True)
         ],
-        "facts": facts_to_json(model),
+        "facts": facts_to_json(model.facts),
         **band_to_json(model.band),
     }
 

@@ -37,12 +37,20 @@ class Recipe:
 
 # Weight decays in steps of ten, from which the search goes on: 0.2 is a prior of scaled weights of about one half where
 # the error is a fifth of the force. Half and double choose the same structures.
-_DECAYS = (0.02, 0.2)
+_DECAYS = (0.02, 0.2, 2.0)
 _FED = (
     "F1 F2 v0 v1 i0 i1",
     "F1 F2 F3 x0 v0 v1 v2 i0 i1 i2",
     "F1 F2 x0 v0 v1 a0 i0 i1",
     "F1 F2 F3 x0 v0 v1 v2 v3 v4 i0 i1 i2",
+)
+_ALONE = "x0 v0 v1 a0 i0 i1"
+
+# Without feedback: stop operators give the memory, so that nothing can diverge where the training never was.
+_STOPPED = (
+    "x0 v0 v2 v5 v10 a0 P0 Q0 R0 i0 i1",
+    "v0 v1 v3 v6 P0 Q0 R0 S0 i0 i1",
+    "v0 v1 v2 P0 Q0 Q1 R0 R1 i0 i1",
 )
 _LINEAR = (
     "F1 x0 v0 i0",
@@ -51,10 +59,13 @@ _LINEAR = (
 )
 
 # What a base leaves, beside its force: the same signals.
-_LEFT = tuple(f"{text} M0 M1" for text in (*_FED[:3], "x0 v0 v1 a0 i0 i1"))
+_LEFT = tuple(f"{text} M0 M1" for text in (_FED[0], _FED[2], _ALONE, "v0 v1 P0 Q0 R0 i0 i1"))
 
 RECIPES: Mapping[str, Recipe] = {
-    "nnoe": Recipe(regressors=_FED, nodes=NODES, decays=_DECAYS, quick=QUICK, full=FULL, best=3, starts=2),
+    "nnoe": Recipe(
+        regressors=(_FED[0], _FED[1], _FED[3], _ALONE, *_STOPPED), nodes=NODES, decays=_DECAYS, quick=QUICK, full=FULL,
+        best=5, starts=1,
+    ),
     "narx": Recipe(
         regressors=_FED, nodes=NODES, decays=_DECAYS, quick=QUICK_PREDICTOR, full=PREDICTOR, best=1, starts=1
     ),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from identification.blackbox.past import with_past
 from identification.blackbox.scaling import Scales, seen
+from identification.blackbox.stops import LIMITS, stopped
 from identification.blackbox.structure import FORCE, MODEL, Structure
 from identification.models.motion import Motion
 from identification.models.protocol import SIGNALS
@@ -89,6 +90,8 @@ def _rows(course: Course, structure: Structure, scales: Scales) -> tuple[Floats,
     inputs = np.empty((size, len(structure.inputs)))
     for k, one in enumerate(structure.inputs):
         column = seen(scales[one.signal], signals[one.signal])
+        if one.symbol in LIMITS:
+            column = stopped(column, LIMITS[one.symbol])
         inputs[one.delay :, k] = column[: size - one.delay]
         inputs[: one.delay, k] = column[0]
     force = (course.force - scales[FORCE].centre) / scales[FORCE].size

@@ -16,7 +16,8 @@ from identification.blackbox.network import network
 from identification.blackbox.polynomial import PolynomialNarx, prepared
 from identification.blackbox.samples import LEAD, Samples
 from identification.blackbox.scaling import MARGIN, Scales
-from identification.blackbox.structure import FORCE, MODEL, Structure
+from identification.blackbox.stops import LIMITS, stopped_once
+from identification.blackbox.structure import FORCE, MODEL, SYMBOLS, Structure
 from identification.models.protocol import SIGNALS
 from identification.models.stepping import Moment, Stepper
 
@@ -43,39 +44,52 @@ class _Lines:
             counted=np.ones(size, dtype=np.bool_),
         )
         self._run, self._out = loop(self._window), np.zeros(size)
+        symbols = [one.symbol for one in structure.inputs]
+        ahead = ["x"] if LIMITS.keys() & set(symbols) else []  # a stop operator follows the displacement
+        self._symbols = list(dict.fromkeys([*ahead, *symbols]))
         self._past: dict[str, deque[float]] = {}
 
     def start(self, values: dict[str, float]) -> float:
         """Begin at values that have lasted; the scaled force there."""
         size = self._structure.longest + 1
         self._window.force[:] = 0.0
-        seen = {name: self._seen(name, values[name], 0.0) for name in self._structure.signals}
-        self._past = {name: deque([value] * size, maxlen=size) for name, value in seen.items()}
+        seen = {
+            symbol: 0.0 if symbol in LIMITS else self._seen(SYMBOLS[symbol], values[SYMBOLS[symbol]], 0.0)
+            for symbol in self._symbols
+        }
+        self._past = {symbol: deque([value] * size, maxlen=size) for symbol, value in seen.items()}
         for _ in range(LEAD):
             force = self.advance(values)
         return force
 
     def force(self, values: dict[str, float]) -> float:
         """The scaled force if these were the next values."""
+        now = self._now(values)
         for k, one in enumerate(self._structure.inputs):
-            past = self._past[one.signal]
-            now = one.delay == 0
-            self._window.inputs[-1, k] = (
-                self._seen(one.signal, values[one.signal], past[-1]) if now else past[-one.delay]
-            )
+            self._window.inputs[-1, k] = now[one.symbol] if one.delay == 0 else self._past[one.symbol][-one.delay]
         self._run(self._out)
         return float(self._out[-1])
 
     def advance(self, values: dict[str, float]) -> float:
         """Go on to these values; the scaled force there."""
         force = self.force(values)
-        for name, past in self._past.items():
-            past.append(self._seen(name, values[name], past[-1]))
+        for symbol, value in self._now(values).items():
+            self._past[symbol].append(value)
         known = self._window.force
         known[:-1] = known[1:]
         if known.size > 1:
             known[-2] = force
         return force
+
+    def _now(self, values: dict[str, float]) -> dict[str, float]:
+        """What the network sees of these values, by symbol; the displacement comes before its stop operators."""
+        now: dict[str, float] = {}
+        for symbol, past in self._past.items():
+            if symbol in LIMITS:
+                now[symbol] = stopped_once(past[-1], now["x"] - self._past["x"][-1], LIMITS[symbol])
+            else:
+                now[symbol] = self._seen(SYMBOLS[symbol], values[SYMBOLS[symbol]], past[-1])
+        return now
 
     def _seen(self, name: str, value: float, before: float) -> float:
         """As `scaling.seen`: scaled, held where it is not finite, cut at the edges."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
+from identification.blackbox.stops import LIMITS
 from identification.errors import ModelError
 
 FORCE, MODEL = "force", "model"
@@ -18,8 +19,12 @@ SYMBOLS: Mapping[str, str] = {
     "i": "current",
     "T": "temperature",
     "M": MODEL,
+    **dict.fromkeys(LIMITS, "displacement"),
 }
-"""The symbol of every signal in the name of a regressor; M is the force of the model that a hybrid builds on."""
+"""The symbol of every signal in the name of a regressor.
+
+M is the force of the model that a hybrid builds on; P, Q, R and S are stop operators of the displacement.
+"""
 
 LANES = 4  # nodes that are computed at once: the loops take a multiple
 MOST_NODES = 64

@@ -57,7 +57,7 @@ def propose(found: Search, uncertain: str | None, records: Sequence[Record]) -> 
         return NextTest(text=f"no test within the motion seen so far {words}: repeat the run that showed it")
     rms, config = max(worth, key=lambda w: w[0] / max(_seconds(w[1]), TEXT.least_test_s))
     return NextTest(
-        text=f"{_words(config)} {words}: there the two models differ by {rms:.2g} × the noise after any refit",
+        text=f"{in_words(config)} {words}: there the two models differ by {rms:.2g} × the noise after any refit",
         design=config,
     )
 
@@ -80,14 +80,14 @@ def _explore(unseen: Sequence[Imagined], records: Sequence[Record]) -> NextTest:
     if not designs:
         return NextTest()
     config, _ = max(designs, key=lambda d: min(_difference_of_motion(d[1], r) for r in records))
-    return NextTest(text=f"{_words(config)} differs most from the runs so far and may show further effects",
+    return NextTest(text=f"{in_words(config)} differs most from the runs so far and may show further effects",
                     design=config)  # fmt: skip
 
 
 def _new_tests(records: Sequence[Record]) -> list[Imagined]:
     """The tests of the library that are not among the records, each with the record that it would give."""
     designs = [d for d in library(records) if _seconds(d) <= TEXT.longest_test_s]
-    imagined = [(d, _expected_record(d, records)) for d in designs]
+    imagined = [(d, expected_record(d, records)) for d in designs]
     return [(d, new) for d, new in imagined if all(_difference_of_motion(new, r) > TEXT.same_motion for r in records)]
 
 
@@ -209,7 +209,7 @@ def _worth(best: Model, rival: Model, known: _Known, new: Record) -> float | Non
     return float(np.sqrt(np.mean(left[-apart.size :] ** 2)))
 
 
-def _expected_record(config: Mapping[str, Any], records: Sequence[Record]) -> Record:
+def expected_record(config: Mapping[str, Any], records: Sequence[Record]) -> Record:
     """The record that a run of the design would give, without its force."""
     excitation = test_from_config(dict(config)).excitation
     period = excitation.period_samples if excitation.samples >= 2 * excitation.period_samples else 0
@@ -229,7 +229,7 @@ def _expected_record(config: Mapping[str, Any], records: Sequence[Record]) -> Re
     return replace(compact(record), sigma=noise)
 
 
-def _words(config: Mapping[str, Any]) -> str:
+def in_words(config: Mapping[str, Any]) -> str:
     current = f" at {config['current']:.3g} A" if "current" in config else ""
     shape = _SHAPES[Kind(config["kind"])]
     return f"{shape} of {1e3 * config['amplitude']:.3g} mm at {config['frequency']:.3g} Hz{current}"

@@ -71,7 +71,7 @@ def load_model(
     try:
         own = next((kind for kind in kinds if kind.ending and kind.ending == path.suffix.lower()), None)
         if own is None:
-            return model_from_json(_parsed(path), only=only, kinds=kinds)
+            return model_from_json(parsed_file(path), only=only, kinds=kinds)
         _check_usable(own.name, only)
         model: SimulationModel = _reader(own)(path, choice)
     except ModelFileError:
@@ -88,6 +88,8 @@ def model_from_json(data: Json, *, only: Sequence[str] = (), kinds: Sequence[Kin
     name = kind_of(data)
     if not isinstance(name, str) or name not in known:
         endings = "".join(f"; a model of kind '{kind.name}' is a file {kind.ending}" for kind in kinds if kind.ending)
+        if name == "multiaxis":
+            raise ModelError("kind is 'multiaxis': it gives the loads of several axes, see damper-rig simulate")
         if name == "inverse":
             raise ModelError("kind is 'inverse': it gives a current for a wanted force, see damper-rig track")
         raise ModelError(f"kind is {name!r}: this program reads {_quoted(known)}{endings}")
@@ -125,7 +127,8 @@ def type_of(value: Json) -> str:
     return names.get(type(value), "a number")
 
 
-def _parsed(path: Path) -> Json:
+def parsed_file(path: Path) -> Json:
+    """What the JSON of a model file holds; raises ModelFileError, one line, where it is none."""
     wrong = not_a_model(path)
     if wrong:
         raise ModelFileError(wrong)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 
 MOTIONS = ("displacement", "displacement_y", "displacement_z", "displacement_rx", "displacement_ry", "displacement_rz")
 LOADS = ("force", "force_y", "force_z", "torque_x", "torque_y", "torque_z")
+UNITS = {name: "N·m" if name.startswith("torque") else "N" for name in LOADS}
 _STILL = 1e-3  # of the largest travel of an axis over all runs: a run that moves it by less leaves it still
 
 
@@ -23,12 +24,23 @@ def channels_in(run: Run, names: Sequence[str]) -> list[str]:
     return [name for name in names if name in run.channels]
 
 
-def moved_axis(run: Run, largest: dict[str, float]) -> str:
+def largest_of(runs: Sequence[Run]) -> dict[str, float]:
+    """The greatest span of each axis over all runs, m or rad."""
+    names = dict.fromkeys(name for one in runs for name in channels_in(one, MOTIONS))
+    return {name: max(float(np.ptp(one.channels[name])) for one in runs if name in one.channels) for name in names}
+
+
+def axes_moved(run: Run, largest: Mapping[str, float]) -> list[str]:
+    """The axes that a run moves; `largest` is the greatest span of each axis over all runs."""
+    return [name for name in channels_in(run, MOTIONS) if np.ptp(run.channels[name]) > _STILL * largest[name] > 0.0]
+
+
+def moved_axis(run: Run, largest: Mapping[str, float]) -> str:
     """The one axis that a run moves; `largest` is the greatest span of each axis over all runs.
 
     Raises DataError, one line, where it moves none or several.
     """
-    moving = [name for name in channels_in(run, MOTIONS) if np.ptp(run.channels[name]) > _STILL * largest[name] > 0.0]
+    moving = axes_moved(run, largest)
     if len(moving) != 1:
         found = "none" if not moving else " and ".join(moving)
         raise DataError(f"{name_of(run)} moves {found}: a test of a single axis moves one")

@@ -8,18 +8,18 @@ is given by a physical model of the main axis, whose force the networks of its l
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.blackbox.given import Base
 from identification.blackbox.layers import Layers, Predictor, Rows, first_layer_weights, span_of
 from identification.blackbox.levenberg import train
 from identification.blackbox.scaling import Scale, scale_of, seen
 from identification.errors import DataError, ModelError, SimulationError
 from identification.models.inputs import motion_from
 from identification.models.motion import held
-from identification.models.protocol import SimulationModel
 from identification.models.simulation import name_of
 from identification.multiaxis.axes import MOTIONS, check_axes
 from identification.multiaxis.choice import chosen, correlations
@@ -39,7 +39,7 @@ DELAYS_S = (
 )  # ages of the travel that a network sees: a bush relaxes within them
 DECAY = 0.05  # as for networks of one axis; half and double change the error by less than a tenth of it
 _LEAST_FOR_EACH_WEIGHT = 3.0
-_BASE = "force of the base"
+BASE = "force of the base"
 _LARGEST = 1e3  # m or rad: what is larger is no travel of a damper
 _MOST_ROWS, _STEPS, _TOLERANCE = 8000, 60, 1e-4
 
@@ -62,11 +62,34 @@ class MultiAxis:
     scales: Mapping[str, Scale]
     loads: Mapping[str, Load]
     correlations: Mapping[str, Mapping[str, float]]
-    base: SimulationModel | None = None
+    base: Base | None = None
+    facts: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.rate_hz) and self.rate_hz > 0.0):
             raise ModelError(f"sample rate is {self.rate_hz:g} Hz: it must be above 0")
+        if not self.loads:
+            raise ModelError("loads is empty: a model gives at least one")
+        for name, load in self.loads.items():
+            missing = set(scales_needed(load.axes, self.base)) - set(self.scales)
+            if missing:
+                raise ModelError(f"signals.{min(missing)} is missing: {name} sees it")
+            width = width_of(load.axes, self.base)
+            if load.weights.shape != (LAYERS.size(width),):
+                raise ModelError(
+                    f"loads.{name}.weights: {load.weights.size} numbers; a network of {width} inputs has "
+                    f"{LAYERS.size(width)}"
+                )
+
+    @property
+    def kind(self) -> str:
+        """The word in its file."""
+        return "multiaxis"
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The axes that drive it."""
+        return tuple(axis for axis in MOTIONS if any(axis in one.axes for one in self.loads.values()))
 
     def simulate(self, run: Run) -> dict[str, Floats]:
         """Every load along the motion of a run, (N,), N or N·m, finite and bounded whatever the motion.
@@ -78,7 +101,7 @@ class MultiAxis:
                 f"'{self.name}' was identified at {self.rate_hz:.6g} Hz and {name_of(run)} has "
                 f"{run.sample_rate_hz:.6g} Hz: resample the run"
             )
-        lacking = next((axis for one in self.loads.values() for axis in one.axes if axis not in run.channels), None)
+        lacking = next((axis for axis in self.axes if axis not in run.channels), None)
         if lacking is not None:
             raise DataError(f"{name_of(run)} has no {lacking}, which the model needs: record it")
         return self.along(run.channels)
@@ -97,7 +120,7 @@ class MultiAxis:
     def outside(self, run: Run) -> dict[str, float]:
         """Share of the samples of each axis beyond its training, only of axes that leave it."""
         shares = {}
-        for axis in {one for load in self.loads.values() for one in load.axes}:
+        for axis in self.axes:
             series = run.channels[axis]
             share = float(np.mean((series < self.scales[axis].low) | (series > self.scales[axis].high)))
             if share > 0.0:
@@ -110,7 +133,7 @@ def identify_axes(
     *,
     name: str = "multi-axis",
     axes: Mapping[str, Sequence[str]] | None = None,
-    base: SimulationModel | None = None,
+    base: Base | None = None,
 ) -> MultiAxis:
     """A model of every load in runs that move all axes, such as superposed ones; `axes` takes the place of the choice.
 
@@ -126,11 +149,27 @@ def identify_axes(
     for axis in motions:
         if any(axis in one for one in wanted.values()):
             scales[axis] = _scale(axis, [one.channels[axis] for one in runs])
-            scales[f"speed of {axis}"] = _scale(axis, [np.gradient(one.channels[axis]) * rate for one in runs])
+            scales[speed_of(axis)] = _scale(axis, [np.gradient(one.channels[axis]) * rate for one in runs])
     if base is not None:
-        scales[_BASE] = _scale(_BASE, [_force_of(base, one.channels[MOTIONS[0]], rate) for one in runs])
+        scales[BASE] = _scale(BASE, [_force_of(base, one.channels[MOTIONS[0]], rate) for one in runs])
     models = {load: _learned(load, wanted[load], runs, scales, base) for load in loads}
     return MultiAxis(name=name, rate_hz=rate, scales=scales, loads=models, correlations=found, base=base)
+
+
+def speed_of(axis: str) -> str:
+    """The name of the speed of an axis among the scales."""
+    return f"speed of {axis}"
+
+
+def scales_needed(axes: Sequence[str], base: Base | None) -> list[str]:
+    """The scales that a network of some axes takes."""
+    own = [name for axis in axes for name in (axis, speed_of(axis))]
+    return [*own, BASE] if base is not None and MOTIONS[0] in axes else own
+
+
+def width_of(axes: Sequence[str], base: Base | None) -> int:
+    """The number of inputs of a network of some axes."""
+    return len(axes) * (len(DELAYS_S) + 1) + (2 if base is not None and MOTIONS[0] in axes else 0)
 
 
 def regressors(
@@ -138,7 +177,7 @@ def regressors(
     rate_hz: float,
     axes: Sequence[str],
     scales: Mapping[str, Scale],
-    base: SimulationModel | None = None,
+    base: Base | None = None,
 ) -> Floats:
     """Scaled travels of several ages and the speed of each axis, and the force of a base of the main axis, (N, R).
 
@@ -151,15 +190,15 @@ def regressors(
         for age in DELAYS_S:
             delay = round(age * rate_hz)
             columns.append(np.concatenate([np.full(delay, travel[0]), travel])[: travel.size])
-        columns.append(seen(scales[f"speed of {axis}"], np.gradient(series) * rate_hz))
+        columns.append(seen(scales[speed_of(axis)], np.gradient(series) * rate_hz))
     if base is not None and MOTIONS[0] in axes:
-        force = seen(scales[_BASE], _force_of(base, travels[MOTIONS[0]], rate_hz))
+        force = seen(scales[BASE], _force_of(base, travels[MOTIONS[0]], rate_hz))
         columns += [force, np.concatenate([force[:1], force[:-1]])]
     return np.column_stack(columns)
 
 
 def _learned(
-    load: str, axes: Sequence[str], runs: Sequence[Run], scales: Mapping[str, Scale], base: SimulationModel | None
+    load: str, axes: Sequence[str], runs: Sequence[Run], scales: Mapping[str, Scale], base: Base | None
 ) -> Load:
     measured = np.concatenate([one.channels[load] for one in runs])
     scale = _scale(load, [measured])
@@ -178,9 +217,9 @@ def _learned(
     return Load(tuple(axes), scale, trained.weights)
 
 
-def _force_of(base: SimulationModel, travel: Floats, rate_hz: float) -> Floats:
+def _force_of(base: Base, travel: Floats, rate_hz: float) -> Floats:
     """The force of a base along the main axis, held where the travel is no number."""
-    return base.force(motion_from(held(travel, largest=_LARGEST), rate_hz))
+    return base.model.force(motion_from(held(travel, largest=_LARGEST), rate_hz))
 
 
 def _scale(name: str, parts: Sequence[Floats]) -> Scale:

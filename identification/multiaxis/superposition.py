@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identification.errors import DataError
 from identification.models.simulation import name_of
-from identification.multiaxis.axes import check_axes, moved_axis
+from identification.multiaxis.axes import MOTIONS, channels_in, check_axes, largest_of, moved_axis
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -18,6 +18,8 @@ Floats = NDArray[np.float64]
 # Share of the rms of a load that the sum of the single tests may miss. Half: the noise of two load cells counts;
 # double: a coupling of a tenth of the force is learned as if it were not there.
 TOLERANCE = 0.05
+
+_SAME = 0.05  # of the rms of a motion: two actuators that play one command differ by less
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +51,7 @@ def superposed(singles: Sequence[Run]) -> Run:
     Raises DataError, one line, where a run moves several axes, two move the same, or their channels or rates differ.
     """
     motions, loads = check_axes(singles)
-    largest = {name: max(float(np.ptp(one.channels[name])) for one in singles) for name in motions}
+    largest = largest_of(singles)
     axes = [moved_axis(one, largest) for one in singles]
     for k, axis in enumerate(axes):
         if axis in axes[:k]:
@@ -75,20 +77,27 @@ def superposed(singles: Sequence[Run]) -> Run:
     )
 
 
+def same_motions(together: Run, found: Run) -> str | None:
+    """The first axis that a run moves otherwise than another; None where both play the same motions."""
+    size = min(together.samples, found.samples)
+    for name in channels_in(found, MOTIONS):
+        one, other = together.channels[name][:size], found.channels[name][:size]
+        if np.sqrt(np.mean((one - other) ** 2)) > _SAME * max(float(np.std(one)), 1e-12):
+            return name
+    return None
+
+
 def check_superposition(together: Run, singles: Sequence[Run]) -> Superposed:
     """What the sum of single tests misses of a test that plays the same motions together, sample by sample.
 
     Raises DataError as `superposed` does, and where the motions differ.
     """
     found = superposed(singles)
-    motions, loads = check_axes([together, found])
+    _, loads = check_axes([together, found])
     size = min(together.samples, found.samples)
-    for name in motions:
-        one, other = together.channels[name][:size], found.channels[name][:size]
-        if np.sqrt(np.mean((one - other) ** 2)) > 0.05 * max(float(np.std(one)), 1e-12):
-            raise DataError(
-                f"{name_of(together)}: {name} is not that of the single test: play the same motions together"
-            )
+    other = same_motions(together, found)
+    if other is not None:
+        raise DataError(f"{name_of(together)}: {other} is not that of the single test: play the same motions together")
     missed, worst = {}, {}
     for name in loads:
         load = together.channels[name][:size]

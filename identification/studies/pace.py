@@ -12,6 +12,15 @@ def silent(done: float, text: str) -> None:
     """Tells nobody."""
 
 
+def part(tell: Tell, begin: float, end: float) -> Tell:
+    """Tells of a part of the work as of the whole, of which it is from `begin` to `end`, 0 … 1."""
+
+    def told(done: float, text: str) -> None:
+        tell(begin + (end - begin) * done, text)
+
+    return told
+
+
 def with_time_left(
     tell: Tell, what: str, *, already: int = 0, clock: Callable[[], float] = time.monotonic
 ) -> Callable[[int, int], None]:

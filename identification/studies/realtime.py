@@ -37,6 +37,8 @@ class Realtime:
 
     `recovery_s` is how long the force stays apart from the undisturbed run after one step of ten times the motion;
     NaN: to the end of the run. `finite` is whether every force was a finite number, also at inputs that were not.
+    `force` and `disturbed` are the force of the undisturbed run and of that with the bad inputs, (N + 1,), N, which
+    begin at sample `bad` and at sample `no_number`.
     """
 
     name: str
@@ -46,6 +48,10 @@ class Realtime:
     paced: bool
     recovery_s: float
     finite: bool
+    force: Floats
+    disturbed: Floats
+    bad: int
+    no_number: int
 
     @property
     def mean_s(self) -> float:
@@ -122,10 +128,7 @@ def realtime(
     SimulationError
         where a black box was identified at another rate.
     """
-    if not (np.isfinite(step_s) and 0.0 < step_s <= 0.02):
-        raise DataError(f"step is {step_s:g} s: it must lie within (0, 0.02]")
-    if not 0.5 <= seconds <= 3600.0:
-        raise DataError(f"seconds is {seconds:g}: it must lie within [0.5, 3600]")
+    check_realtime(model, step_s, seconds=seconds, stroke_m=stroke_m, current=current)
     moments = _moments(step_s, seconds, stroke_m, current_of(model, current), seed)
     make = steppable(model).stepper
     durations, late, plain = _timed(Guarded(make(step_s)), moments, paced, clock, on_progress)
@@ -146,7 +149,30 @@ def realtime(
         paced=paced,
         recovery_s=math.nan if last >= len(moments) // 4 else last * step_s,
         finite=bool(np.all(np.isfinite(bumped)) and np.all(np.isfinite(plain))),
+        force=plain,
+        disturbed=bumped,
+        bad=half,
+        no_number=half + len(moments) // 4,
     )
+
+
+def check_realtime(
+    model: SimulationModel,
+    step_s: float,
+    *,
+    seconds: float = 10.0,
+    stroke_m: float = 0.01,
+    current: float | None = None,
+) -> None:
+    """Raise DataError or SimulationError, one line, where `realtime` cannot begin."""
+    if not (np.isfinite(step_s) and 0.0 < step_s <= 0.02):
+        raise DataError(f"step is {step_s:g} s: it must lie within (0, 0.02]")
+    if not 0.5 <= seconds <= 3600.0:
+        raise DataError(f"seconds is {seconds:g}: it must lie within [0.5, 3600]")
+    if not (np.isfinite(stroke_m) and 0.0 < stroke_m <= 1.0):
+        raise DataError(f"stroke is {stroke_m:g} m: it must lie within (0, 1]")
+    current_of(model, current)
+    steppable(model).stepper(step_s)
 
 
 def current_of(model: SimulationModel, current: float | None) -> float:

@@ -127,6 +127,28 @@ def range_of(service: Covered, trained: Sequence[Covered], limits: Sequence[Limi
     return Range(service=service, trained=tuple(trained), limits=given)
 
 
+def service_range(
+    service: Sequence[Run],
+    trained: Sequence[Run] = (),
+    *,
+    model: SimulationModel | None = None,
+    envelope: Envelope | None = None,
+    name: str = "",
+) -> Range:
+    """The chart of runs of the service beside the runs or the stated range of a training, and a rig.
+
+    Raises
+    ------
+    DataError
+        one line: a run that does not move, or nothing to compare with.
+    """
+    stated = None if model is None else training_limits(model)
+    rig = None if envelope is None else rig_limits(envelope)
+    learned = [covered_by_runs("the training runs", trained)] if trained else []
+    called = name or (name_of(service[0]) if len(service) == 1 else f"{len(service)} runs")
+    return range_of(covered_by_runs(called, service), learned, [stated, rig])
+
+
 def range_data(found: Range) -> dict[str, Any]:
     """The figures as JSON data, SI. Any: what JSON can say."""
     stroke, speed = found.service.extremes

@@ -11,11 +11,12 @@ from excitation.kinds import Kind
 from rigctl.errors import ForeignFileError
 from rigctl.foreign_files.layout import DELIMITERS, TextOptions
 from rigctl.foreign_files.units import SI
+from rigctl.runfile import FURTHER_AXES
 
 __all__ = ["CHANNELS", "Choice", "ColumnChoice", "choice_from", "column_choice"]
 
 CHANNELS: Final = tuple(SI)
-_TURNED: Final = ("displacement", "velocity", "force", "acceleration")
+_TURNED: Final = ("displacement", "velocity", "force", "acceleration", *FURTHER_AXES)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigctl.errors import ForeignFileError
+from rigctl.runfile import FURTHER_AXES
 
 if TYPE_CHECKING:
     import pint
@@ -27,10 +28,11 @@ SI: Final[Mapping[str, str]] = {
     "current": "A",
     "current_command": "A",
     "temperature": "degC",
+    **FURTHER_AXES,
 }
 """Unit of each channel that an import can fill, as in the run file."""
 
-_PINT: Final = {"m/s²": "m/s**2"}  # spelled for pint
+_PINT: Final = {"m/s²": "m/s**2", "N·m": "N*m"}  # spelled for pint
 
 # Spellings of loggers, in any case, and what pint calls them. pint itself reads "mil" as an angle, "kn" as knots.
 _SPELLINGS: Final[Mapping[str, str]] = {
@@ -52,6 +54,11 @@ _SPELLINGS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("kn", "kilonewton", "kilonewtons"), "kN"),
     **dict.fromkeys(("lbf", "lb-f", "lb_f"), "lbf"),
     **dict.fromkeys(("kgf", "kp", "kilopond"), "kgf"),
+    **dict.fromkeys(("nm", "n·m", "n*m", "n m", "newton meter", "newton metre"), "N*m"),
+    **dict.fromkeys(("knm", "kn·m", "kn*m", "kn m"), "kN*m"),
+    **dict.fromkeys(("rad", "radian", "radians"), "rad"),
+    **dict.fromkeys(("mrad",), "mrad"),
+    **dict.fromkeys(("deg", "degree", "degrees", "°", "grad"), "degree"),
     **dict.fromkeys(("a", "amp", "amps", "ampere", "amperes"), "A"),
     **dict.fromkeys(("ma", "milliamp", "milliampere"), "mA"),
     **dict.fromkeys(("°c", "degc", "deg c", "deg. c", "celsius", "grad c", "ºc"), "degC"),
@@ -132,6 +139,8 @@ def scale_to_si(unit: str, role: str) -> Scale:
 
 
 def _examples(role: str) -> str:
+    if role in FURTHER_AXES:
+        return {"m": "mm or m", "rad": "rad or deg", "N": "N or kN", "N·m": "N·m or kN·m"}[FURTHER_AXES[role]]
     return {
         "time": "s or ms",
         "displacement": "mm, m or in",

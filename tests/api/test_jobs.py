@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ FIGURES = ("kind", "parameters", "free_parameters", "rms", "rrmsse", "fit", "eea
 
 
 def submit(base: str, body: dict[str, Any]) -> httpx.Response:
-    return httpx.post(f"{base}/v1/jobs", json=body, timeout=120)
+    return httpx.post(f"{base}/v1/jobs", json=body, timeout=300)
 
 
 def done(base: str, body: dict[str, Any]) -> dict[str, Any]:
@@ -58,7 +59,7 @@ def test_a_flood_of_jobs_is_sent_away_and_everybody_else_is_answered(base: str, 
     body = {"kind": "characterise", "runs": [sent(base, folder / NAMES[0])]}
     with ThreadPoolExecutor(8) as pool:
         flood = [pool.submit(submit, base, body) for _ in range(8)]
-        assert httpx.get(f"{base}/v1/rigs", timeout=20).status_code == 200
+        assert httpx.get(f"{base}/v1/rigs", timeout=120).status_code == 200
         answers = [one.result() for one in flood]
     assert {one.status_code for one in answers} == {201, 503}, [one.text for one in answers]
     assert all(int(one.headers["retry-after"]) > 0 for one in answers if one.status_code == 503)
@@ -86,8 +87,15 @@ def test_an_analysis_is_that_of_the_command_line(
     assert set(job["files"]) == {"analysis.html", "analysis.json"}
     assert main(["analyse", str(path), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["force"] == job["result"]["force"]
-    sine = {"kind": "analyse", "runs": [sent(base, path), sent(base, folder / NAMES[0])]}
-    assert submit(base, sine).status_code == 422
+    both = done(base, {"kind": "analyse", "runs": [sent(base, path), sent(base, folder / NAMES[0])]})
+    assert len(both["result"]["levels"]) == 2  # a sine beside the multisine
+    write_run(tmp_path / "once.h5", replace(multisine_run(), period_samples=0, channels=_half_a_period()))
+    refused = submit(base, {"kind": "analyse", "runs": [sent(base, tmp_path / "once.h5")]})
+    assert (refused.status_code, "no period" in refused.text) == (422, True), refused.text
+
+
+def _half_a_period() -> dict[str, Any]:
+    return {name: values[:500] for name, values in multisine_run().channels.items()}
 
 
 def test_an_exploration_is_a_job_with_a_page_and_its_figures(base: str, tmp_path: Path) -> None:

@@ -221,6 +221,12 @@ def test_a_stop_ends_the_campaign_and_pauses_the_queue_and_the_runs_become_a_she
     desk.waits("document.querySelector('#runs-actions + .said').textContent.startsWith('The sheet')")
     desk.waits("/done|failed/.test((document.querySelector('#jobs .state') || {}).textContent)", 300)  # of low priority
     assert desk.text("#jobs a") == "sheet.html", desk.text("#jobs")
+    desk.click("#analysis")
+    desk.waits("document.querySelector('#runs-actions + .said').textContent.startsWith('The runs are being analysed')")
+    desk.waits("document.querySelectorAll('#jobs li').length === 2")
+    desk.waits("/done|failed/.test((document.querySelector('#jobs .state') || {}).textContent)", 300)
+    assert desk.text("#jobs a") == "analysis.html", desk.text("#jobs")
+    assert desk.text("#jobs .name") == "Linear part and distortion"
     desk.show("audit")
     desk.waits("document.querySelector('#audit').textContent.includes('campaign.stop')")
     desk.show("keys")

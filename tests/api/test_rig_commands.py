@@ -119,7 +119,9 @@ def test_a_foreign_device_and_another_map_are_one_line_and_no_motion(
 
 @pytest.fixture(scope="module")
 def sims() -> Iterator[dict[str, str]]:
-    with a_sim(RIGS[0]) as one, a_sim(RIGS[1]) as two, a_sim(RIGS[2].replace("cli", "cli-fd")) as three:
+    can_fd = RIGS[2].replace("cli", "cli-fd")
+    soon = ("--speed", "20")  # a rig in real time takes a tenth of a core while it waits
+    with a_sim(RIGS[0], *soon) as one, a_sim(RIGS[1], *soon) as two, a_sim(can_fd, *soon) as three:
         yield dict(zip(RIGS, (one, two, three), strict=True))
 
 

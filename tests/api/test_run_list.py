@@ -166,6 +166,29 @@ def test_at_the_quota_nothing_is_uploaded_and_no_test_starts(tmp_path: Path, rig
             assert "runs_quota_gb" in refused.json()["detail"]
 
 
+def test_a_design_with_spoiled_detection_lines_is_stored_and_told_of(
+    client: httpx.Client, body: dict[str, Any]
+) -> None:
+    lines = {"f_min": 0.5, "f_max": 20.0, "lines": "odd-random"}
+    test = {
+        "name": "both",
+        "kind": "multisine",
+        "sample_rate": 500.0,
+        "period_samples": 1000,
+        "displacement": {**lines, "max_displacement": 0.02, "max_velocity": 0.3},
+        "current": {**lines, "lines": "all", "min": 0.2, "max": 1.2},
+    }
+    made = client.post("/v1/designs", json={"name": "spoiled", "tests": [SINE, test]})
+    assert made.status_code == 201, made.text
+    (warning,) = made.json()["warnings"]
+    assert warning.startswith("both: current excites")
+    base = {key: value for key, value in body.items() if key != "tests"}
+    checked = client.post("/v1/campaigns/check", json={**base, "design": "spoiled"})
+    assert checked.json()["warnings"] == [warning]
+    test["current"] = {**lines, "min": 0.2, "max": 1.2}
+    assert client.post("/v1/designs", json={"name": "kept", "tests": [test]}).json()["warnings"] == []
+
+
 def test_a_campaign_plays_the_tests_of_a_stored_design(client: httpx.Client, body: dict[str, Any]) -> None:
     design = {"name": "matrix", "tests": [SINE, {**SINE, "name": "b", "held_out": True}], "warm_up": SINE}
     made = client.post("/v1/designs", json=design)

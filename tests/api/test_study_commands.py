@@ -10,10 +10,15 @@ import pytest
 
 import damper_rig as dr
 from api.cli.main import main
+from api.errors import InputError
 from api.jobs.complexity import COMPLEXITY, ComplexityRequest
 from api.jobs.explore import EXPLORE, ExploreRequest
 from api.jobs.kind import Task
+from api.jobs.realtime import REALTIME, RealtimeRequest
 from api.jobs.sensitivity import SENSITIVITY, SensitivityRequest
+from api.jobs.service_range import RANGE, RangeRequest
+from excitation import read_envelope
+from identification.errors import DataError
 from identification.physical.modelfile import model_to_json, write_model
 from rigctl.runfile import read_run, write_run
 from tests.identification.maxwell_runs import VARIED, maxwell, sine_runs
@@ -172,3 +177,63 @@ def test_an_empty_feasible_set_states_no_uncertainty(
     given = ["--plan", str(tmp_path / "plan.toml"), "-o", str(tmp_path / "page.html")]
     assert main(["study", "complexity", *paths(folder), *given, "--feasible", str(tmp_path / "empty.json")]) == 2
     assert "0 feasible samples" in capsys.readouterr().err
+
+
+def test_the_training_runs_of_a_chart_are_all_taken_as_such_and_the_job_and_the_notebook_say_the_same(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    service, *trained = paths(folder)[1:]
+    (tmp_path / "rig.toml").write_text("[motion]\nmax_displacement = 0.0005\nmax_velocity = 9.0\n")
+    given = ["--trained", *trained, "--envelope", str(tmp_path / "rig.toml"), "-o", str(tmp_path / "chart.html")]
+    assert main(["study", "range", service, *given, "--json"]) == 0
+    answer = said(capsys)
+    assert answer["service"]["name"] == "run_0.h5"
+    asked = RangeRequest(
+        kind="range",
+        runs=["a"],
+        trained=["b", "c"],
+        envelope={"motion": {"max_displacement": 0.0005, "max_velocity": 9.0}},
+    )
+    task = Task(request=asked.options, runs=(Path(service),), held_out=tuple(Path(p) for p in trained))
+    RANGE.check(task)
+    result = RANGE.run(task, tmp_path, lambda done, text: None)
+    assert {name for name in RANGE.files if (tmp_path / name).exists()} == set(RANGE.files)
+    rig = read_envelope(tmp_path / "rig.toml")
+    found = dr.study.range(read_run(Path(service)), [read_run(Path(p)) for p in trained], envelope=rig).data()
+    for one in (result, found):
+        assert {key: one[key] for key in ("trained", "limits", "share_outside_training")} == {
+            key: answer[key] for key in ("trained", "limits", "share_outside_training")
+        }
+    assert answer["limits"][0]["share_outside"] > 0.1
+
+
+def test_a_run_against_the_clock_is_a_page_a_job_and_an_object(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model, page = Path("examples/models/passive.json"), tmp_path / "clock.html"
+    assert main(["study", "realtime", str(model), "--seconds", "0.5", "-o", str(page), "--json"]) == 0
+    answer = said(capsys)
+    assert "Duration of each step" in page.read_text(encoding="utf-8")
+    asked = RealtimeRequest(kind="realtime", model=json.loads(model.read_text()), seconds=0.5)
+    task = Task(request=asked.options, runs=(), held_out=())
+    REALTIME.check(task)
+    result = REALTIME.run(task, tmp_path, lambda done, text: None)
+    assert {name for name in REALTIME.files if (tmp_path / name).exists()} == set(REALTIME.files)
+    found = dr.study.realtime(model, seconds=0.5)
+    for one in (answer, found.data()):
+        assert {key: one[key] for key in ("steps", "recovery", "finite")} == {
+            key: result[key] for key in ("steps", "recovery", "finite")
+        }
+    assert found.save(tmp_path / "notebook.html").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [({"step": 0.0}, "step is 0 s"), ({"stroke": -1.0}, "stroke is -1 m"), ({"seconds": 1e9}, r"seconds is 1e\+09")],
+)
+def test_a_run_against_the_clock_that_cannot_begin_is_refused(change: dict[str, float], words: str) -> None:
+    model = json.loads(Path("examples/models/passive.json").read_text())
+    with pytest.raises((DataError, InputError), match=words):
+        REALTIME.check(
+            Task(request=RealtimeRequest(kind="realtime", model=model, **change).options, runs=(), held_out=())  # type: ignore[arg-type]
+        )

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+from contextlib import closing
 from pathlib import Path
 
 import httpx
@@ -10,6 +12,14 @@ import pytest
 
 import damper_rig as dr
 from api.cli.main import main
+from api.jobs.__main__ import _do
+from api.jobs.kind import Task
+from api.jobs.records import Job, JobState
+from api.jobs.results import Results, remove_old_results
+from api.jobs.store import JobStore
+from api.jobs.vehicle import VEHICLE, VehicleRequest
+from api.store.database import Database
+from identification.studies.journal import kept
 from tests.api.following import get, reached
 
 MODEL = Path("examples/models/passive.json")
@@ -62,3 +72,45 @@ def test_a_notebook_drives_a_model_and_asks_what_an_effect_is_worth(tmp_path: Pa
     assert "series_compliance" in worth.sentence
     assert "in this vehicle" in worth._repr_html_()
     assert dr.study.realtime(MODEL, 0.001, seconds=0.5)["worst"] > 0.0
+
+
+def test_a_job_that_is_sent_again_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
+    asked = VehicleRequest(
+        kind="vehicle", models=[json.loads(MODEL.read_text())], study=KEYS | {"step": 0.004, "sines": [2.0, 3.0]}
+    )
+    [task, again] = [job_of(asked, number) for number in (1, 2)]
+    journal = Results(tmp_path).journal(task)
+    assert Results(tmp_path).journal(again) == journal
+    journal.parent.mkdir()
+
+    def interrupt(done: float, text: str) -> None:
+        if done > 0.4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), kept(journal):
+        VEHICLE.run(Task(request=asked.options, runs=(), held_out=()), tmp_path, interrupt)
+    assert journal.stat().st_size > 1000
+    given = {"kind": "vehicle", "request": asked.options, "runs": [], "held_out": [], "folder": str(tmp_path / "b")}
+    result = _do(given | {"journal": str(journal)})
+    assert not journal.exists()
+    whole = VEHICLE.run(Task(request=asked.options, runs=(), held_out=()), tmp_path, lambda done, text: None)
+    assert result == whole
+
+
+def job_of(asked: VehicleRequest, number: int) -> Job:
+    return Job(
+        number=number, id=f"{number}", kind="vehicle", name="", campaign_id="", request=asked.options, result={},
+        state=JobState.ACCEPTED, phase="", done=0.0, reason="", created_at_s=float(number), started_at_s=None,
+        ended_at_s=None, removed_at_s=None,
+    )  # fmt: skip
+
+
+def test_what_an_interrupted_job_has_kept_goes_when_it_is_as_old_as_results_that_go(tmp_path: Path) -> None:
+    (tmp_path / "journals").mkdir()
+    old, young = (tmp_path / "journals" / f"{name}.journal" for name in ("old", "young"))
+    for one in (old, young):
+        one.write_bytes(b"")
+    os.utime(old, (0.0, 0.0))
+    with closing(Database(f"sqlite:///{tmp_path / 'store.db'}")) as database:
+        remove_old_results(JobStore(database), Results(tmp_path), keep_s=1000.0)
+    assert (old.exists(), young.exists()) == (False, True)

@@ -27,6 +27,7 @@ def test_a_bench_measures_the_motion_that_was_asked_for_with_the_noise_of_its_ca
     assert found.rms < 1.2 * one.case.noise_n
 
 
+@pytest.mark.bench
 def test_the_autopilot_is_sure_of_the_right_name_after_less_motion_than_the_plan() -> None:
     outcome = both_ways("single", 7503)
     assert outcome["autopilot"]["sure"]

@@ -181,6 +181,7 @@ def test_no_two_numbers_of_a_specimen_share_a_place() -> None:
     assert len(UNKNOWNS) >= 8
 
 
+@pytest.mark.bench
 def test_an_unstable_specimen_is_drawn_again() -> None:
     """On this seed an asymmetry outgrew a saturated valve behind its mount: a hundred times its force, and no root."""
     _, scene, secret = drawn(7223, "single")
@@ -189,6 +190,7 @@ def test_an_unstable_specimen_is_drawn_again() -> None:
     assert np.max(np.abs(force)) < 20.0 * scene.machine.force_n
 
 
+@pytest.mark.bench
 @pytest.mark.filterwarnings("ignore:overflow")
 def test_a_machine_whose_tangents_are_infinite_is_drawn_again() -> None:
     _, scene, secret = drawn(18057, "pair")

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from excitation.configuration import to_spec
 from excitation.crest import crest_factor_of, low_crest, schroeder
 from excitation.force_estimate import ForceEstimate
 from excitation.joint_crest import Limited, _Norm, low_shares
@@ -102,3 +103,30 @@ def test_the_chosen_quantity_gets_the_low_crest(quantity: str) -> None:
     assert crest(getattr(chosen, names[quantity])) <= 1.6  # random phases: 2.5 and more
     random = random_phase(spec).displacement.amplitude
     np.testing.assert_allclose(chosen.displacement.amplitude / random, chosen.displacement.amplitude[0] / random[0])
+
+
+def test_a_thousand_flat_lines_of_the_chosen_quantity_are_as_low_as_a_few() -> None:
+    asked = _flat(1000, period_samples=2**14)
+    period = random_phase(asked)
+    crest = crest_factor_of(period.displacement.lines, np.ones(1000), period.displacement.phase_turns)
+    assert crest <= 1.38
+
+
+def test_realisations_of_a_chosen_quantity_have_phases_of_their_own() -> None:
+    asked = _flat(31, period_samples=1000)
+    one, other = (random_phase(replace(asked, realisation=number)) for number in (0, 1))
+    turned = one.displacement_m @ other.displacement_m / np.sum(one.displacement_m**2)
+    assert abs(turned) < 0.9
+
+
+def _flat(count: int, period_samples: int) -> MultisineSpec:
+    """So many lines from the first on, displacement alone kept flat."""
+    spacing = 1000.0 / period_samples
+    config = {
+        "sample_rate": 1000.0, "period_samples": period_samples, "phases": "crest", "crest_of": "displacement",
+        "displacement": {
+            "f_min": spacing, "f_max": (count + 0.2) * spacing, "spectrum": "flat",
+            "max_displacement": 0.02, "max_velocity": 5.0,
+        },
+    }  # fmt: skip
+    return to_spec(MultisineSpec, config)

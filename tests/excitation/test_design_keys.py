@@ -11,6 +11,7 @@ from excitation.configuration import to_spec
 from excitation.design_keys import COMMANDS, Key, keys_of, keys_text
 from excitation.errors import DesignError
 from excitation.multisine_spec import MultisineSpec
+from excitation.plan_steps import STEPS, steps_from_config
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DESIGNS = {
@@ -43,6 +44,20 @@ def test_every_key_of_the_examples_is_told(command: str, name: str) -> None:
 def test_every_key_has_a_meaning_and_a_line(command: str) -> None:
     text = keys_text(command)
     assert all(key.meaning and str(key) in text for key in keys_of(command))
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_the_keys_of_each_step_before_a_test_are_told_and_taken(step: str) -> None:
+    place = f'before, step = "{step}"'
+    told = [key for key in keys_of("conditions") if key.place == place]
+    assert f"[{place}]" in keys_text("conditions")
+    text = {"text": "bleed it", "of": "oil"}
+    table = {"step": step} | {key.name: text.get(key.name, 30) for key in told}
+    if "min" in table:
+        table["max"] = 60
+    assert steps_from_config([table], "before")
+    with pytest.raises(DesignError, match="speed"):
+        steps_from_config([{**table, "speed": 1}], "before")
 
 
 def test_a_required_key_is_missed_by_the_reader_and_an_optional_one_is_not() -> None:

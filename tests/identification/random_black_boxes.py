@@ -42,4 +42,10 @@ def hybrid() -> Hybrid:
     return Hybrid(name="h", base=base, base_file={}, rest=network("rest", "F1 F2 v0 i1 M0 M1"))
 
 
-BLACK = (network("one", "F1 F2 F3 x1 v0 v1 a2 i2"), network("no memory", "v0 x0", 4), polynomial(), hybrid())
+BLACK = (
+    network("one", "F1 F2 F3 x1 v0 v1 a2 i2"),
+    network("no memory", "v0 x0", 4),
+    network("stops", "F1 v1 i0 P0 Q1 R0 S0"),
+    polynomial(),
+    hybrid(),
+)

@@ -11,9 +11,9 @@ import pytest
 
 import damper_rig as dr
 from api.cli.main import main
-from identification.analysis import analyse_runs, analysis_data, analysis_html, analysis_text
+from identification.analysis import analyse_levels, analyse_runs, analysis_data, analysis_html, analysis_text
 from identification.errors import DataError
-from rigctl.runfile import write_run
+from rigctl.runfile import Run, write_run
 from tests.identification.multisine_runs import multisine_run
 
 Said = pytest.CaptureFixture[str]
@@ -97,11 +97,11 @@ def test_the_json_holds_numbers_text_and_null_alone() -> None:
 
 
 def test_the_page_and_the_text_escape_what_a_file_says() -> None:
-    found = analyse_runs([replace(multisine_run(), run_id="<script>x</script>")])
-    page = analysis_html(found)
+    levels = analyse_levels([replace(multisine_run(), run_id="<script>x</script>")])
+    page = analysis_html(levels)
     assert "<script>x" not in page
     assert "https://" not in page.split("</script>")[-1]
-    assert "odd distortion" in analysis_text(found)
+    assert "odd distortion" in analysis_text(levels[0].found)
 
 
 def test_the_command_and_the_notebook_say_the_same(tmp_path: Path, capsys: Said) -> None:
@@ -120,6 +120,84 @@ def test_the_command_and_the_notebook_say_the_same(tmp_path: Path, capsys: Said)
     assert dr.plot(mine).data
     assert main(["analyse", str(paths[0])]) == 0
     assert "linear" in capsys.readouterr().out
+
+
+def _held_at(number: int, current_a: float) -> Run:
+    """The run with a held current, its force the larger the higher that is."""
+    run = multisine_run(number)
+    channels = {"force": (1.0 + current_a) * run.channels["force"], "current": np.full(run.samples, current_a)}
+    return replace(
+        run,
+        run_id=f"{run.run_id} at {current_a} A",
+        channels={**run.channels, **channels},
+        units={**run.units, "current": "A"},
+    )
+
+
+def _louder(number: int, factor: float) -> Run:
+    return multisine_run(number, changes={"displacement": _displacement(factor)})
+
+
+def _displacement(factor: float) -> dict[str, object]:
+    run = multisine_run()
+    assert run.design is not None
+    asked = dict(run.design["displacement"])  # type: ignore[arg-type]
+    return {**asked, "max_displacement": factor * 0.02, "max_velocity": factor * 0.5}
+
+
+def test_each_level_and_each_held_current_is_analysed_by_itself() -> None:
+    runs = [_louder(0, 0.5), _held_at(0, 0.0), _held_at(1, 0.0), _held_at(0, 0.02), _held_at(0, 1.0), _louder(1, 0.5)]
+    levels = analyse_levels(runs)
+    played = [{name for one in level.found.played for name in (one.name, *one.also)} for level in levels]
+    assert played == [
+        {"multisine 0", "multisine 1"},
+        {"multisine 0 at 0.0 A", "multisine 0 at 0.02 A", "multisine 1 at 0.0 A"},
+        {"multisine 0 at 1.0 A"},
+    ]
+    still, held = (level.found.levels for level in levels[1:])
+    assert held.force_rms == pytest.approx(2.0 * still.force_rms, rel=0.15)
+    assert levels[0].setting.displacement_rms_m < 0.6 * levels[1].setting.displacement_rms_m
+
+
+def test_currents_that_differ_are_no_repetitions_of_one_another() -> None:
+    with pytest.raises(DataError, match=r"mean current of 1 A and multisine 0 at 0.0 A of 0 A"):
+        analyse_runs([_held_at(0, 0.0), _held_at(0, 1.0)])
+
+
+def test_other_lines_and_other_rates_are_other_designs() -> None:
+    lower = {**_displacement(1.0), "f_max": 12.0}
+    levels = analyse_levels(
+        [
+            multisine_run(),
+            multisine_run(1, changes={"displacement": lower}),
+            replace(multisine_run(), sample_rate_hz=250),
+        ]
+    )
+    assert len(levels) == 3
+    assert len({one.found.band_hz for one in levels}) == 3
+
+
+def test_levels_are_told_drawn_and_saved_together(tmp_path: Path, capsys: Said) -> None:
+    paths = [tmp_path / f"run{k}.h5" for k in range(2)]
+    for path, run in zip(paths, (_held_at(0, 0.0), _held_at(0, 1.0)), strict=True):
+        write_run(path, run)
+    page = tmp_path / "page.html"
+    assert main(["analyse", *map(str, paths), "-o", str(page), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [one["level"]["current_mean"] for one in told["levels"]] == [0.0, 1.0]
+    text = page.read_text()
+    assert text.count("<h2>Level ") == 2
+    assert "Distortion and noise from level to level" in text
+    mine = dr.analyse(dr.load(*paths))
+    assert mine.data()["levels"] == told["levels"]
+    assert {row["level"] for row in mine.rows()} == {one.setting.text for one in mine.levels}
+    assert "level 2 of 2" in repr(mine)
+    assert mine._repr_html_().startswith("<table>")
+    assert dr.plot(mine).data
+    with pytest.raises(DataError, match="2 levels have been analysed"):
+        _ = mine.result
+    assert main(["analyse", *map(str, paths)]) == 0
+    assert "level 1 of 2" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

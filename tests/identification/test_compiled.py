@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from excitation.kernel_cache import digest
 from identification import compiled
 
 LAW = """from tiny.compiled import inlined
@@ -59,8 +60,8 @@ def test_a_change_in_another_file_of_the_same_size_and_time_is_compiled_and_the_
 def test_the_digest_sees_every_file_and_no_time(tmp_path: Path) -> None:
     (tmp_path / "a.py").write_text("x = 1")
     (tmp_path / "b.py").write_text("y = 1")
-    before = compiled.digest(tmp_path)
+    before = digest(tmp_path)
     os.utime(tmp_path / "a.py", (1e9, 1e9))
-    assert compiled.digest(tmp_path) == before
+    assert digest(tmp_path) == before
     (tmp_path / "b.py").write_text("y = 2")
-    assert compiled.digest(tmp_path) != before
+    assert digest(tmp_path) != before

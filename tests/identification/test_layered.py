@@ -14,6 +14,7 @@ from identification.blackbox import Layers, Structure, identify, layers_asked, r
 from identification.blackbox.activations import ACTIVATIONS
 from identification.blackbox.evolution import POPULATION, evolve
 from identification.blackbox.layered import LayeredNarx
+from identification.blackbox.layered_training import trained_best, usual_beside
 from identification.blackbox.layers import Predictor, Rows, first_layer_weights, rows_of
 from identification.blackbox.samples import course_along, samples_of
 from identification.blackbox.scaling import Scale
@@ -85,6 +86,20 @@ def test_evolution_never_loses_its_best_and_the_same_seed_gives_the_same() -> No
     assert one.layers.hidden in ACTIVATIONS
     fitness = np.sqrt(np.mean((rows.force - Predictor(one.layers, 2, (0.0, 1.0)).simulate(one.weights, rows)) ** 2))
     assert fitness == pytest.approx(one.best[-1])
+
+
+def test_what_an_evolution_chose_for_untrained_networks_does_not_bind_the_training() -> None:
+    """Here it chose an output within ±1 of the span, and most of the force lies at the ends of that."""
+    phi = np.random.default_rng(4).standard_normal((600, 2))
+    rows, span = Rows(phi, np.clip(3.0 * phi[:, 0] - phi[:, 1], -1.0, 1.0)), (0.0, 1.0)
+    evolved = Layers((5,), "purelin", "logsig")
+    assert usual_beside(Layers((5,))) == [Layers((5,))]
+    assert usual_beside(evolved)[0] == evolved
+    weights = first_layer_weights(evolved, 2, 1)
+    layers, best = trained_best(usual_beside(evolved), weights, rows, 2, span, 0.02)
+    _, alone = trained_best([evolved], weights, rows, 2, span, 0.02)
+    assert (layers.hidden, layers.output) != ("purelin", "logsig")
+    assert best.error < 0.1 * alone.error
 
 
 def test_a_layered_network_is_identified_and_comes_back_from_its_file(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -18,6 +17,7 @@ from identification.errors import DataError, SimulationError
 from identification.multiaxis import (
     LOADS,
     MOTIONS,
+    UNITS,
     MultiAxis,
     check_superposition,
     chosen,
@@ -27,20 +27,9 @@ from identification.multiaxis import (
 )
 from rigctl.runfile import Run, read_run, write_run
 from sim_rig.multi_axis import ANTI_YAW, played
+from tests.identification.six_axes import RATE_HZ, by_formula, motion, run_of, singles_of
 
 Floats = NDArray[np.float64]
-RATE_HZ, SAMPLES = 100.0, 1500
-LARGEST = np.array([4e-3, 4e-3, 4e-3, 0.02, 0.03, 0.03])
-UNITS = ("m", "m", "m", "rad", "rad", "rad", "N", "N", "N", "N·m", "N·m", "N·m")
-# A specimen that is a formula, so that the right choice is known.
-FORMULA: tuple[Callable[[Floats, Floats], Floats], ...] = (
-    lambda d, v: 3e4 * v[:, 0] + 4e7 * d[:, 1] ** 2,
-    lambda d, v: 2e5 * d[:, 1],
-    lambda d, v: 2e5 * d[:, 2] + 100.0 * v[:, 2],
-    lambda d, v: 300.0 * d[:, 3],
-    lambda d, v: 400.0 * d[:, 4] + 5e3 * d[:, 2],
-    lambda d, v: 400.0 * d[:, 5],
-)
 INPUTS = (
     {"displacement", "displacement_y"},
     {"displacement_y"},
@@ -49,35 +38,6 @@ INPUTS = (
     {"displacement_z", "displacement_ry"},
     {"displacement_rz"},
 )
-
-
-def motion(seed: int, factor: float = 1.0) -> Floats:
-    rng, t = np.random.default_rng([6, seed]), np.arange(SAMPLES) / RATE_HZ
-    axes = []
-    for k, size in enumerate(LARGEST):
-        hertz = rng.uniform(0.3, 4.0, 20)
-        course = np.sin(np.multiply.outer(t, 2.0 * np.pi * hertz) + rng.uniform(0.0, 6.3, 20)) @ hertz**-0.5
-        axes.append((factor if k in (1, 2) else 1.0) * size * course / np.max(np.abs(course)) * np.minimum(1.0, t))
-    return np.column_stack(axes)
-
-
-def run_of(moved: Floats, loads: Floats, name: str) -> Run:
-    names = (*MOTIONS, *LOADS)
-    return Run(
-        run_id=name, created="2026-01-01T00:00:00+00:00", specimen="six axes", sample_rate_hz=RATE_HZ,
-        period_samples=0, excitation_kind="custom", status="complete",
-        channels=dict(zip(names, [*moved.T.copy(), *loads.T.copy()], strict=True)),
-        units=dict(zip(names, UNITS, strict=True)),
-    )  # fmt: skip
-
-
-def by_formula(moved: Floats, name: str) -> Run:
-    speed = np.gradient(moved, axis=0) * RATE_HZ
-    return run_of(moved, np.column_stack([one(moved, speed) for one in FORMULA]), name)
-
-
-def singles_of(moved: Floats, made: Callable[[Floats, str], Run]) -> list[Run]:
-    return [made(moved * (np.arange(6) == k), f"axis-{k}") for k in range(6)]
 
 
 @cache
@@ -152,7 +112,8 @@ def test_what_leaves_the_training_is_stated() -> None:
 def test_a_run_file_carries_the_further_axes(tmp_path: Path) -> None:
     write_run(tmp_path / "six.h5", by_formula(motion(2), "six"))
     back = read_run(tmp_path / "six.h5")
-    assert {name: back.units[name] for name in (*MOTIONS, *LOADS)} == dict(zip((*MOTIONS, *LOADS), UNITS, strict=True))
+    assert {name: back.units[name] for name in LOADS} == UNITS
+    assert [back.units[name] for name in MOTIONS] == ["m"] * 3 + ["rad"] * 3
     assert np.array_equal(
         model().simulate(back)["torque_z"], model().simulate(by_formula(motion(2), "six"))["torque_z"]
     )

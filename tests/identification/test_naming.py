@@ -71,6 +71,7 @@ def test_names_that_do_not_close_the_gap_on_unseen_runs_explain_it_only_in_part(
     assert worn.run_id in found.remainder
 
 
+@pytest.mark.bench
 def test_a_second_look_with_what_was_found_as_the_base_finds_nothing() -> None:
     train, held = campaign("linear_stiffness", seed=3)
     worn = [
@@ -220,7 +221,7 @@ def test_an_effect_outside_the_catalogue_gets_no_name() -> None:
     assert found.remainder != ""
 
 
-@pytest.mark.parametrize("scale", [1e-4, 1e4])
+@pytest.mark.parametrize("scale", [1e-4, pytest.param(1e4, marks=pytest.mark.bench)])
 def test_the_name_does_not_depend_on_the_scale_of_the_force(scale: float) -> None:
     train, held = campaign("linear_stiffness", seed=6, scale=scale)
     found = explain(scaled(BASE, scale), train, held)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,10 +11,12 @@ import numpy as np
 import pytest
 
 from api.cli.main import main
+from identification.compute import Cluster, Serial, Threads, using
 from identification.errors import DataError, ModelError
 from identification.models import SimulationModel, load_model
 from identification.physical.literature import literature
 from identification.physical.model import Model, element
+from identification.studies.journal import kept
 from identification.studies.realtime import realtime, realtime_data
 from identification.studies.service_range import Limits, covered, range_of
 from identification.studies.vehicle import (
@@ -21,6 +24,7 @@ from identification.studies.vehicle import (
     Ground,
     OnRail,
     OnRoad,
+    OnSeat,
     OwnVehicle,
     RailBogie,
     Skyhook,
@@ -29,6 +33,7 @@ from identification.studies.vehicle import (
     road_study,
     seat_suspension,
     study_data,
+    vehicle_study,
     without,
     worth,
 )
@@ -37,6 +42,7 @@ from identification.studies.vehicle.bogie import linear_bogie, saturated
 from identification.studies.vehicle.bogie_study import hunting, limit_cycle
 from identification.studies.vehicle.skyhook import looked_up
 from identification.studies.vehicle.transmissibility import by_multisine, stepped_sine
+from tests.identification.loopback_cluster import dask_on_loopback
 from tests.identification.random_black_boxes import BLACK
 
 DT = 1e-3
@@ -264,3 +270,55 @@ def test_bad_input_is_one_line_before_the_work(
     assert said in told.err
     assert told.err.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+SETTINGS = [
+    OnRoad(seconds=5.0, period_s=2.0, sines_hz=(2.0,), step_s=0.004),
+    OnRail(seconds=1.0, speeds=2, resolution_m_s=20.0),
+]
+
+
+@pytest.mark.parametrize("setting", SETTINGS, ids=["car", "bogie"])
+def test_an_interrupted_study_goes_on_where_it_was_to_the_bit(setting: OnRoad | OnRail, tmp_path: Path) -> None:
+    models, journal = [viscous(1200.0), viscous(2400.0)], tmp_path / "page.html.part"
+    whole = vehicle_study(models, setting)
+    told: list[float] = []
+
+    def interrupt(done: float, text: str) -> None:
+        told.append(done)
+        if len(told) == 3:
+            raise KeyboardInterrupt
+
+    with using(Serial()):
+        with pytest.raises(KeyboardInterrupt), kept(journal):
+            vehicle_study(models, setting, on_progress=interrupt)
+        count = len(told)
+        with kept(journal):
+            again = vehicle_study(models, setting, on_progress=lambda done, text: told.append(done))
+        alone: list[float] = []
+        vehicle_study(models, setting, on_progress=lambda done, text: alone.append(done))
+    assert len(told) - count == len(alone) - 3
+    assert not journal.exists()
+    assert json.dumps(study_data(again)) == json.dumps(study_data(whole))
+    for one, other in zip(again.answers, whole.answers, strict=True):
+        assert all(np.array_equal(a.y, b.y) for a, b in zip(one.curves, other.curves, strict=True))
+
+
+def test_a_seat_is_controlled_the_same_in_any_number_of_threads() -> None:
+    models, setting = [load_model(SEAT / "original.json")], OnSeat(sines_hz=(3.0, 4.0), step_s=0.005)
+    found = []
+    for executor in (Serial(), Threads(3)):
+        with closing(executor), using(executor):
+            found.append(json.dumps(study_data(vehicle_study(models, setting))))
+    assert found[0] == found[1]
+
+
+def test_a_study_is_the_same_to_the_bit_on_a_dask_cluster(tmp_path: Path) -> None:
+    models, setting = [viscous(1200.0)], SETTINGS[0]
+    with dask_on_loopback(tmp_path) as dask:
+        dask.add_workers(1)
+        with closing(Cluster(dask.address, threads=1)) as cluster, using(cluster):
+            there = vehicle_study(models, setting)
+    with using(Serial()):
+        here = vehicle_study(models, setting)
+    assert json.dumps(study_data(here)) == json.dumps(study_data(there))

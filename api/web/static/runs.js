@@ -95,7 +95,12 @@ function showList() {
   show(at("no-runs"), !runs.length);
 }
 
-const KIND_WORDS = { explain: "Explanation", fit: "Fit", characterise: "Characteristic sheet", compare: "Comparison" };
+const KIND_WORDS = {
+  explain: "Explanation", fit: "Fit", characterise: "Characteristic sheet", compare: "Comparison",
+  analyse: "Linear part and distortion", identify: "Black-box model", explore: "Exploration of parameters",
+  sensitivity: "Sensitivity", complexity: "Complexity", vehicle: "In the vehicle", range: "Service range",
+  realtime: "Real time", multi_axis: "Multisines of several axes",
+};
 
 function titleOf(job) {
   const kind = KIND_WORDS[job.kind] ?? job.kind;
@@ -137,7 +142,10 @@ async function followJobs() {
   if (!at("runs-view").hidden && await showJobs()) timer = setTimeout(followJobs, JOBS_MS);
 }
 
-const sheet = () => create("/v1/jobs", { kind: "characterise", runs: [...picked.keys()] });
+const OF_THE_TICKED = [
+  ["sheet", "characterise", "The sheet is being drawn; it appears below."],
+  ["analysis", "analyse", "The runs are being analysed; the page appears below."],
+];
 
 async function again() {
   runs = [];
@@ -167,7 +175,10 @@ at("runs-actions").after(said);
 at("runs-filter").addEventListener("input", showList);
 at("runs-specimen").addEventListener("change", () => again().catch((error) => say(error.message, "refused")));
 at("runs-more").addEventListener("click", () => act(at("runs-more"), readOn, say, showList));
-at("sheet").addEventListener("click", () => act(at("sheet"), sheet, say, () => {
-  say("The sheet is being drawn; it appears below.", "taken");
-  followJobs();
-}));
+for (const [button, kind, words] of OF_THE_TICKED) {
+  const ask = () => create("/v1/jobs", { kind, runs: [...picked.keys()] });
+  at(button).addEventListener("click", () => act(at(button), ask, say, () => {
+    say(words, "taken");
+    followJobs();
+  }));
+}

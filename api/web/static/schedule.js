@@ -83,7 +83,8 @@ const check = oneAtATime(async () => {
 
 function fits(found) {
   const heat = found.highest_degc === null ? "" : `, the damper gets ${degrees(found.highest_degc)} warm`;
-  set(at("checked"), `It fits: ${seconds(found.duration_s)} of rig time${heat}.`);
+  const notes = found.warnings.map((text) => ` Note: ${text}.`).join("");
+  set(at("checked"), `It fits: ${seconds(found.duration_s)} of rig time${heat}.${notes}`);
   found.tests.forEach((one, place) => cards[place] && cards[place].say([
     seconds(one.duration_s), "±" + length(one.displacement_m), number(one.velocity_m_s, 2, "m/s"),
     one.force_n === null ? "" : force(one.force_n), one.temperature_rise_k === null ? "" : "+" + number(one.temperature_rise_k, 1, "K"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from excitation.toml_text import toml_text
 from identification.physical.modelfile import model_to_json
 from identification.studies.complexity.result import Complexity, Indicator, Rung, Verdict
 
@@ -24,6 +25,11 @@ def in_short(found: Complexity) -> str:
 def advice(one: Indicator) -> str:
     """What the step says about the element."""
     return f"{one.verdict.value}: {one.test}" if one.test else one.verdict.value
+
+
+def plan_of_tests(found: Complexity) -> str:
+    """The designed tests as a plan for `damper-rig design`; empty where there is none."""
+    return toml_text({"tests": [dict(one.config) for one in found.designed]}) if found.designed else ""
 
 
 def complexity_text(found: Complexity) -> str:
@@ -56,6 +62,7 @@ def complexity_data(found: Complexity) -> dict[str, Any]:  # Any: JSON
             }
             for one in found.indicators
         ],
+        "tests": [{"parameter": one.parameter, "left": one.left, "test": dict(one.config)} for one in found.designed],
         "dropped": list(found.dropped),
         "ladder": [_rung(rung) for rung in found.ladder],
         "beside": [_rung(rung) for rung in found.beside],

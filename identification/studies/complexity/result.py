@@ -8,6 +8,7 @@ from enum import Enum
 import numpy as np
 
 from identification.physical.model import Model
+from identification.studies.complexity.designed import Designed
 
 
 class Verdict(Enum):
@@ -61,6 +62,7 @@ class Complexity:
     indicators: tuple[Indicator, ...]
     ladder: tuple[Rung, ...]  # from the simplest to the full model
     beside: tuple[Rung, ...]
+    designed: tuple[Designed, ...] = ()  # tests for what is to be measured more
 
     @property
     def knee(self) -> Rung | None:

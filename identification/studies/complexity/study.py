@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from identification.compute import run
 from identification.errors import DataError, ModelError, SimulationError
-from identification.fitting import fit
 from identification.models import compare
 from identification.models.protocol import SimulationModel
 from identification.physical.elements import CATALOGUE
 from identification.physical.literature import literature
 from identification.physical.model import Element, Model
+from identification.studies.complexity.designed import Designed, designed_tests
 from identification.studies.complexity.plan import MATTERS, Step, check_steps
 from identification.studies.complexity.result import Complexity, Indicator, Rung, Verdict
-from identification.studies.pace import Tell, silent
+from identification.studies.complexity.tasks import Fits, answers
+from identification.studies.pace import Tell, part, silent
 from rigctl.runfile import Run
 
 _LEAST_SHARE = 1e-300
@@ -55,39 +55,39 @@ def complexity(
     for step in steps:
         step.check(model)
     known = _spread(model, feasible)
-    tell(0.0, "fitting")
-    full = fit(model, runs).model
+    fits = Fits(runs)
+    full = fits.of([model], part(tell, 0.0, 0.1), "fitting")[0][1]
     sigmas = known or {n: e.parameters[k].std or 0.0 for n, (e, k) in zip(full.names(), full.slots(), strict=True)}
-    tell(0.1, "fitting without each element")
     removable = [i for i in full.ids if _without(full, i) is not None]
-    found = run(_Fitted(runs), [_present(_without(full, i)) for i in removable])
+    left = [_present(_without(full, i)) for i in removable]
+    found = fits.of(left, part(tell, 0.1, 0.2), "fitting without each element")
     reduced = {i: one for i, (_, one) in zip(removable, found, strict=True)}
     indicators: list[Indicator] = []
     for k, step in enumerate(steps):
-        tell(0.2 + 0.4 * k / len(steps), f"{step.name}")
-        indicators += _of_step(step, full, sigmas, reduced, matters)
-    tell(0.6, "simplifying")
-    simplified, dropped = _simplified(full, runs, steps, indicators, matters)
-    tell(0.7, "the ladder")
-    ladder = _ladder(full, runs)
+        share = 0.4 / len(steps)
+        told = part(tell, 0.2 + k * share, 0.2 + (k + 1) * share)
+        indicators += _of_step(step, full, sigmas, reduced, matters, told)
+    vague = [f"{one.element}.{one.parameter}" for one in indicators if one.verdict is Verdict.MEASURE]
+    designs = designed_tests(full, runs, list(dict.fromkeys(vague)), sigmas)
+    indicators = [_with_test(one, designs) for one in indicators]
+    simplified, dropped = _simplified(full, fits, steps, indicators, matters, part(tell, 0.6, 0.7))
+    ladder = _ladder(full, fits, part(tell, 0.7, 0.85))
     if all(set(one.ids) != set(simplified.ids) for one in ladder):
         ladder.insert(-1, simplified)
     return Complexity(
         model=full, simplified=simplified, dropped=dropped, steps=tuple(s.name for s in steps), matters=matters,
         spread="the feasible set" if feasible else "the covariance of the fit", indicators=tuple(indicators),
-        ladder=_rungs(ladder, runs, steps), beside=_rungs(beside, runs, steps),
+        designed=tuple(designs.values()),
+        ladder=_rungs(ladder, runs, steps, part(tell, 0.85, 1.0)), beside=_rungs(beside, runs, steps, silent),
     )  # fmt: skip
 
 
-class _Fitted:
-    """A task: misfit and model of a fit to the runs."""
-
-    def __init__(self, runs: Sequence[Run]) -> None:
-        self._runs = tuple(runs)
-
-    def __call__(self, model: Model) -> tuple[float, Model]:
-        found = fit(model, self._runs)
-        return found.chi2, found.model
+def _with_test(one: Indicator, designs: Mapping[str, Designed]) -> Indicator:
+    """With the designed test in place of the kind of test, where there is one."""
+    found = designs.get(f"{one.element}.{one.parameter}") if one.verdict is Verdict.MEASURE else None
+    if found is None:
+        return one
+    return replace(one, test=f"{found.words}, which leaves {100.0 * found.left:.2g} % of the uncertainty")
 
 
 def _present(model: Model | None) -> Model:
@@ -117,11 +117,9 @@ def _without(model: Model, id_: str) -> Model | None:
 
 
 def _of_step(
-    step: Step, full: Model, sigmas: dict[str, float], reduced: dict[str, Model], matters: float
+    step: Step, full: Model, sigmas: dict[str, float], reduced: dict[str, Model], matters: float, tell: Tell
 ) -> list[Indicator]:
     """The indicators of every element at one step."""
-    output = step(full)
-    size = max(abs(output), _LEAST_SHARE)
     names, values = full.names(), full.values()
     low, high = full.bounds()
     moved = [(k, s) for k, name in enumerate(names) if (s := sigmas.get(name, 0.0)) > 0.0]
@@ -131,23 +129,13 @@ def _of_step(
             own = values.copy()
             own[k] = min(max(values[k] + side * sigma, low[k]), high[k])
             models.append(full.with_values(own))
-    answers = run(_Answer(step), [*models, *reduced.values()])
-    effects = {names[k]: 0.5 * abs(answers[2 * n + 1] - answers[2 * n]) / size for n, (k, _) in enumerate(moved)}
-    gone = {i: abs(a - output) / size for i, a in zip(reduced, answers[len(models) :], strict=True)}
+    output, *given = answers(step, [full, *models, *reduced.values()], tell)
+    if not np.isfinite(output):
+        raise DataError(f"step '{step.name}': the fitted model cannot take it: its simulation fails")
+    size = max(abs(output), _LEAST_SHARE)
+    effects = {names[k]: 0.5 * abs(given[2 * n + 1] - given[2 * n]) / size for n, (k, _) in enumerate(moved)}
+    gone = {i: abs(a - output) / size for i, a in zip(reduced, given[len(models) :], strict=True)}
     return [_indicator(step.name, e, effects, gone.get(e.id), matters) for e in full.elements]
-
-
-class _Answer:
-    """A task: the output of a step."""
-
-    def __init__(self, step: Step) -> None:
-        self._step = step
-
-    def __call__(self, model: Model) -> float:
-        try:
-            return self._step(model)
-        except SimulationError:
-            return np.inf  # such a model does not do for this step
 
 
 def _indicator(step: str, e: Element, effects: dict[str, float], without: float | None, matters: float) -> Indicator:
@@ -167,7 +155,7 @@ def _indicator(step: str, e: Element, effects: dict[str, float], without: float 
 
 
 def _simplified(
-    full: Model, runs: Sequence[Run], steps: Sequence[Step], indicators: Sequence[Indicator], matters: float
+    full: Model, fits: Fits, steps: Sequence[Step], indicators: Sequence[Indicator], matters: float, tell: Tell
 ) -> tuple[Model, tuple[str, ...]]:
     """The model without what no step needs, and what was left out."""
     worth: dict[str, float] = {}
@@ -175,20 +163,22 @@ def _simplified(
         own = [one for one in indicators if one.element == id_]
         if own and all(one.verdict is Verdict.SIMPLIFY for one in own):
             worth[id_] = max(one.without or 0.0 for one in own)
-    wanted = [step(full) for step in steps]
+    wanted = [answers(step, [full], silent)[0] for step in steps]
     left, dropped = full, list[str]()
-    for id_ in sorted(worth, key=lambda one: worth[one]):
+    for k, id_ in enumerate(sorted(worth, key=lambda one: worth[one])):
+        tell(k / len(worth), f"simplifying: without {id_}")
         smaller = _without(left, id_)
         if smaller is None:
             continue
-        fitted = fit(smaller, runs).model
-        changes = [abs(_Answer(s)(fitted) - w) / max(abs(w), _LEAST_SHARE) for s, w in zip(steps, wanted, strict=True)]
+        fitted = fits.of([smaller], silent, "")[0][1]
+        came = [answers(step, [fitted], silent)[0] for step in steps]
+        changes = [abs(c - w) / max(abs(w), _LEAST_SHARE) for c, w in zip(came, wanted, strict=True)]
         if max(changes) < matters:
             left, dropped = fitted, [*dropped, id_]
     return (replace(left, name=f"{full.name}, simplified") if dropped else full), tuple(dropped)
 
 
-def _ladder(full: Model, runs: Sequence[Run]) -> list[Model]:
+def _ladder(full: Model, fits: Fits, tell: Tell) -> list[Model]:
     """From a linear dashpot to the full model: each rung lacks the element of the next that matters least."""
     rungs = [replace(full, name=f"full: {full.name}")]
     now = full
@@ -196,33 +186,50 @@ def _ladder(full: Model, runs: Sequence[Run]) -> list[Model]:
         smaller = [m for i in now.ids if (m := _without(now, i)) is not None]
         if not smaller:
             break
-        found = run(_Fitted(runs), smaller)
+        done = 1.0 - len(now.ids) / len(full.ids)
+        found = fits.of(smaller, part(tell, done, done), f"the ladder: {len(now.ids) - 1} elements")
         now = min(found, key=lambda one: one[0])[1]
         rungs.append(replace(now, name=" + ".join(now.ids)))
-    linear = fit(literature("linear dashpot"), runs).model
+    linear = fits.of([literature("linear dashpot")], silent, "")[0][1]
     if set(rungs[-1].ids) != set(linear.ids):
         rungs.append(linear)
     return rungs[::-1]
 
 
-def _rungs(models: Sequence[SimulationModel], runs: Sequence[Run], steps: Sequence[Step]) -> tuple[Rung, ...]:
+def _rungs(
+    models: Sequence[SimulationModel], runs: Sequence[Run], steps: Sequence[Step], tell: Tell
+) -> tuple[Rung, ...]:
     if not models:
         return ()
     rate = float(np.median([one.sample_rate_hz for one in runs]))
+    came = [_outputs(step, models, tell) for step in steps]
     rungs = []
-    for model, row in zip(models, compare(models, runs).rows, strict=True):
-        outputs: list[float | None] = []
-        why = ""
-        for step in steps:
-            try:
-                step.check(model)
-                outputs.append(step(model))
-            except (DataError, SimulationError, ModelError) as error:
-                outputs.append(None)
-                why = str(error)
+    for k, row in enumerate(compare(models, runs).rows):
+        outputs = tuple(one[k][0] for one in came)
+        why = next((one[k][1] for one in came if one[k][1]), "")
         cost = None if row.cost_ns is None else 1e-9 * row.cost_ns * rate
         rungs.append(
-            Rung(label=row.label, kind=row.kind, free=row.free, rrmsse=row.rrmsse, cost=cost, outputs=tuple(outputs),
-                 why=why)
-        )  # fmt: skip
+            Rung(label=row.label, kind=row.kind, free=row.free, rrmsse=row.rrmsse, cost=cost, outputs=outputs, why=why)
+        )
     return tuple(rungs)
+
+
+def _outputs(step: Step, models: Sequence[SimulationModel], tell: Tell) -> list[tuple[float | None, str]]:
+    """The output of a step with each model, or why there is none."""
+    found = dict[int, tuple[float | None, str]]()
+    for k, model in enumerate(models):
+        try:
+            step.check(model)
+        except (DataError, SimulationError, ModelError) as error:
+            found[k] = None, str(error)
+    physical = [k for k, one in enumerate(models) if k not in found and isinstance(one, Model)]
+    given = answers(step, [one for k in physical if isinstance(one := models[k], Model)], tell)
+    found |= {k: (a, "") if np.isfinite(a) else (None, f"{step.name}: its simulation fails")
+              for k, a in zip(physical, given, strict=True)}  # fmt: skip
+    for k, model in enumerate(models):
+        if k not in found:
+            try:
+                found[k] = step(model), ""
+            except (DataError, SimulationError, ModelError) as error:
+                found[k] = None, str(error)
+    return [found[k] for k in range(len(models))]

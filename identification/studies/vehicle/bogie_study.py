@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from excitation.configuration import STRICT
 from identification.errors import DataError
 from identification.models.protocol import SimulationModel
+from identification.studies.pace import part, silent
 from identification.studies.vehicle.answer import Answer, Curve, Figure, Study, labels_of
 from identification.studies.vehicle.bogie import Bogie, RailBogie
+from identification.studies.vehicle.parts import Part, rides
 from identification.studies.vehicle.protocol import Ground
-from identification.studies.vehicle.ride import Held, Ride, check_dampers, ride
-from identification.studies.vehicle.road_study import notes_of, part_of
+from identification.studies.vehicle.ride import Held, Ride, check_dampers
+from identification.studies.vehicle.road_study import notes_of
 from identification.studies.vehicle.step import step_for
 
 Tell = Callable[[float, str], None]
@@ -70,34 +72,48 @@ class Stability:
 
 def stability(model: SimulationModel, given: OnRail, *, on_progress: Tell | None = None) -> Stability:
     """Limit cycles with the model as either yaw damper; raises DataError and SimulationError as `ride` does."""
-    tell = on_progress or _silent
+    return stabilities([model], given, on_progress=on_progress)[0]
+
+
+def stabilities(
+    models: Sequence[SimulationModel], given: OnRail, *, on_progress: Tell | None = None
+) -> list[Stability]:
+    """The same of every model: all speeds at once, then the critical speeds of all by halving."""
+    tell = on_progress or silent
     speeds = np.linspace(given.low_m_s, given.high_m_s, given.speeds)
-    amplitudes = []
-    for k, speed in enumerate(speeds):
-        tell(k / (speeds.size + 4), f"{3.6 * speed:.0f} km/h")
-        amplitudes.append(limit_cycle(hunting(model, given, float(speed))))
-    amplitude = np.array(amplitudes)
-    cycling = np.flatnonzero(amplitude > 0.0)
-    if cycling.size == 0:
-        return Stability(speed_m_s=speeds, amplitude_m=amplitude, critical_m_s=np.nan)
-    first = int(cycling[0])
-    low, high = float(speeds[max(first - 1, 0)]), float(speeds[first])
-    while first > 0 and high - low > given.resolution_m_s:
-        middle = 0.5 * (low + high)
-        tell(speeds.size / (speeds.size + 4), f"critical speed: {3.6 * middle:.1f} km/h")
-        cycle = limit_cycle(hunting(model, given, middle))
-        low, high = (low, middle) if cycle > 0.0 else (middle, high)
-    return Stability(speed_m_s=speeds, amplitude_m=amplitude, critical_m_s=high)
+    parts = [hunting_part(model, given, float(speed)) for model in models for speed in speeds]
+    found = rides(parts, part(tell, 0.0, 0.7), "speeds")
+    amplitude = np.array([limit_cycle(one) for one in found]).reshape(len(models), speeds.size)
+    within: dict[int, tuple[float, float]] = {}
+    for k, row in enumerate(amplitude):
+        cycling = np.flatnonzero(row > 0.0)
+        if cycling.size:
+            within[k] = float(speeds[max(cycling[0] - 1, 0)]), float(speeds[cycling[0]])
+    while wide := [k for k, (low, high) in within.items() if high - low > given.resolution_m_s]:
+        middles = [0.5 * sum(within[k]) for k in wide]
+        halves = [hunting_part(models[k], given, middle) for k, middle in zip(wide, middles, strict=True)]
+        for k, middle, one in zip(wide, middles, rides(halves, part(tell, 0.7, 0.9), "critical speed"), strict=True):
+            low, high = within[k]
+            within[k] = (low, middle) if limit_cycle(one) > 0.0 else (middle, high)
+    return [
+        Stability(speed_m_s=speeds, amplitude_m=row, critical_m_s=within[k][1] if k in within else np.nan)
+        for k, row in enumerate(amplitude)
+    ]
 
 
 def hunting(model: SimulationModel, given: OnRail, speed_m_s: float) -> Ride:
     """The motion of the bogie on a straight track from its shift on."""
+    return hunting_part(model, given, speed_m_s).ridden()
+
+
+def hunting_part(model: SimulationModel, given: OnRail, speed_m_s: float) -> Part:
+    """The same, to be ridden."""
     dt = step_for([model], given.step_s)
     rail = np.zeros((round(given.seconds / dt), 2))
     vehicle = RailBogie(replace(given.bogie, speed_m_s=speed_m_s))
     control = None if given.current is None else Held(given.current)
     dampers = dict.fromkeys(vehicle.dampers, model)
-    return ride(vehicle, dampers, Ground(dt=dt, x=rail, v=rail, a=rail), control=control)
+    return Part(vehicle=vehicle, dampers=dampers, ground=Ground(dt=dt, x=rail, v=rail, a=rail), control=control)
 
 
 def limit_cycle(found: Ride) -> float:
@@ -121,10 +137,15 @@ def bogie_study(
     """
     given = given or OnRail()
     check_bogie_study(models, given)
-    answers = []
-    for k, (label, model) in enumerate(zip(labels_of([m.name for m in models]), models, strict=True)):
-        tell = part_of(on_progress, k / len(models), 1.0 / len(models), label)
-        answers.append(_answer(label, model, given, tell))
+    tell = on_progress or silent
+    found = stabilities(models, given, on_progress=tell)
+    shown = [hunting_part(model, given, given.bogie.speed_m_s) for model in models]
+    ridden = rides(shown, part(tell, 0.9, 1.0), "the way to rest")
+    labels = labels_of([m.name for m in models])
+    answers = [
+        _answer(label, model, given, one, ride_of)
+        for label, model, one, ride_of in zip(labels, models, found, ridden, strict=True)
+    ]
     setting = (
         f"Bogie with a yaw damper on either side, conicity {given.bogie.conicity:g}, from a shift of "
         f"{1e3 * given.bogie.shift_m:g} mm, {3.6 * given.low_m_s:.4g} … {3.6 * given.high_m_s:.4g} km/h"
@@ -143,9 +164,7 @@ def check_bogie_study(models: Sequence[SimulationModel], given: OnRail) -> None:
         check_dampers(vehicle, dict.fromkeys(vehicle.dampers, model), flat, control)
 
 
-def _answer(label: str, model: SimulationModel, given: OnRail, tell: Tell) -> Answer:
-    found = stability(model, given, on_progress=part_of(tell, 0.0, 0.95, ""))
-    shown = hunting(model, given, given.bogie.speed_m_s)
+def _answer(label: str, model: SimulationModel, given: OnRail, found: Stability, shown: Ride) -> Answer:
     unstable = found.amplitude_m > 0.0
     figures = (
         Figure(name="critical speed", unit="km/h", value=3.6 * found.critical_m_s),
@@ -165,7 +184,3 @@ def _answer(label: str, model: SimulationModel, given: OnRail, tell: Tell) -> An
     elif unstable[0]:
         notes.append("a limit cycle at the lowest speed already: the critical speed lies below")
     return Answer(label=label, figures=figures, curves=curves, notes=tuple(notes))
-
-
-def _silent(done: float, what: str) -> None:
-    """Says nothing."""

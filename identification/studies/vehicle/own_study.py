@@ -13,15 +13,17 @@ from excitation.configuration import STRICT
 from excitation.road_profile import RoadClass
 from identification.errors import DataError
 from identification.models.protocol import SimulationModel
+from identification.studies.pace import silent
 from identification.studies.vehicle import grounds
 from identification.studies.vehicle.answer import Answer, Curve, Figure, Study, labels_of
 from identification.studies.vehicle.comfort import comfort
 from identification.studies.vehicle.fmu_vehicle import FmuVehicle
+from identification.studies.vehicle.parts import Part, rides
 from identification.studies.vehicle.protocol import Ground, Vehicle
-from identification.studies.vehicle.ride import Control, Held, Ride, check_dampers, ride
-from identification.studies.vehicle.road_study import notes_of, part_of
+from identification.studies.vehicle.ride import Control, Held, Ride, check_dampers
+from identification.studies.vehicle.road_study import notes_of
 from identification.studies.vehicle.step import step_for
-from identification.studies.vehicle.transmissibility import by_multisine
+from identification.studies.vehicle.transmissibility import Transmissibility, by_multisine
 
 Tell = Callable[[float, str], None]
 _SETTLE_S = 2.0
@@ -76,10 +78,25 @@ def own_study(
     """
     given = given or OnOwn()
     ground, control = check_own_study(vehicle, models, given)
+    labels, dt = labels_of([m.name for m in models]), ground.dt
+    tones = grounds.tones(0.5, 20.0, given.rms_m, given.period_s, dt, given.seed)
+    excited = grounds.delayed(grounds.multisine(tones, 3, dt), [0.0] * len(vehicle.grounds))
+    over = [ground, *([excited] if _moved(vehicle) else [])]
+    parts = [
+        Part(vehicle=vehicle, dampers=dict.fromkeys(vehicle.dampers, model), ground=one, control=control)
+        for model in models
+        for one in over
+    ]
+    found = rides(parts, on_progress or silent, f"dampers in {vehicle.name}")
     answers = []
-    for k, (label, model) in enumerate(zip(labels_of([m.name for m in models]), models, strict=True)):
-        tell = part_of(on_progress, k / len(models), 1.0 / len(models), label)
-        answers.append(_answer(label, model, vehicle, given, ground, control, tell))
+    for k, (label, model) in enumerate(zip(labels, models, strict=True)):
+        first, *second = found[k * len(over) : (k + 1) * len(over)]
+        answered = [
+            by_multisine(one, excited, name, tones.lines, tones.period_samples)
+            for one in second
+            for name in _moved(vehicle)
+        ]
+        answers.append(_answer(label, model, vehicle, first, answered))
     setting = (
         f"{vehicle.name} on a road of class {given.road_class} (ISO 8608) at {3.6 * given.speed_m_s:.4g} km/h for "
         f"{given.seconds:g} s, step {1e3 * ground.dt:g} ms"
@@ -116,33 +133,22 @@ def _delays(vehicle: Vehicle, given: OnOwn) -> list[float]:
     return [one / given.speed_m_s for one in behind]
 
 
+def _moved(vehicle: Vehicle) -> list[str]:
+    """The outputs that have a transmissibility."""
+    return [name for name, unit in vehicle.outputs.items() if unit == _MOVED]
+
+
 def _answer(
-    label: str,
-    model: SimulationModel,
-    vehicle: Vehicle,
-    given: OnOwn,
-    ground: Ground,
-    control: Control | None,
-    tell: Tell,
+    label: str, model: SimulationModel, vehicle: Vehicle, found: Ride, answered: Sequence[Transmissibility]
 ) -> Answer:
-    dampers, dt = dict.fromkeys(vehicle.dampers, model), ground.dt
-    found = ride(vehicle, dampers, ground, control=control, on_progress=part_of(tell, 0.0, 0.5, ""))
-    curves = _histories(vehicle, found)
-    figures = _figures(vehicle, found, dt)
-    moved = [name for name, unit in vehicle.outputs.items() if unit == _MOVED]
-    if moved:
-        tones = grounds.tones(0.5, 20.0, given.rms_m, given.period_s, dt, given.seed)
-        excited = grounds.delayed(grounds.multisine(tones, 3, dt), [0.0] * len(vehicle.grounds))
-        answer = ride(vehicle, dampers, excited, control=control, on_progress=part_of(tell, 0.5, 0.5, ""))
-        for name in moved:
-            one = by_multisine(answer, excited, name, tones.lines, tones.period_samples)
-            figures += [Figure(name=f"peak of the transmissibility to {name}", unit="", value=one.peak[1])]
-            curves += [
-                Curve(
-                    title=f"Transmissibility to {name}, multisine", x_name="frequency, Hz", y_name=f"{name} / ground",
-                    x=one.frequency_hz, y=np.abs(one.ratio),
-                )
-            ]  # fmt: skip
+    figures, curves = _figures(vehicle, found, float(found.time[1])), _histories(vehicle, found)
+    for one in answered:
+        name = one.output
+        figures += [Figure(name=f"peak of the transmissibility to {name}", unit="", value=one.peak[1])]
+        curves += [
+            Curve(title=f"Transmissibility to {name}, multisine", x_name="frequency, Hz", y_name=f"{name} / ground",
+                  x=one.frequency_hz, y=np.abs(one.ratio))
+        ]  # fmt: skip
     notes = [*notes_of(model, found)]
     if isinstance(vehicle, FmuVehicle) and not vehicle.back:
         notes.append("the vehicle's FMU cannot be taken back a step: it meets each force one step late; see --step")

@@ -16,14 +16,16 @@ from identification.models.protocol import SimulationModel
 from identification.models.stepping import foresees
 from identification.physical.model import Model
 from identification.physical.stepping import left_out
+from identification.studies.pace import silent
 from identification.studies.vehicle import grounds
 from identification.studies.vehicle.answer import Answer, Curve, Figure, Study, labels_of
 from identification.studies.vehicle.comfort import comfort
+from identification.studies.vehicle.parts import Part, rides
 from identification.studies.vehicle.protocol import Ground
 from identification.studies.vehicle.quarter_car import QuarterCar, quarter_car
-from identification.studies.vehicle.ride import Control, Held, Ride, check_dampers, left_training, ride
+from identification.studies.vehicle.ride import Control, Held, Ride, check_dampers, left_training
 from identification.studies.vehicle.step import step_for
-from identification.studies.vehicle.transmissibility import Transmissibility, by_multisine, stepped_sine
+from identification.studies.vehicle.transmissibility import Transmissibility, by_multisine, by_sines, sine_parts
 
 PLACE = "suspension"
 Tell = Callable[[float, str], None]
@@ -74,11 +76,13 @@ def road_study(
     """
     given = given or OnRoad()
     ground, control = check_road_study(models, given)
-    dt = ground.dt
-    answers = []
-    for k, (label, model) in enumerate(zip(labels_of([m.name for m in models]), models, strict=True)):
-        tell = part_of(on_progress, k / len(models), 1.0 / len(models), label)
-        answers.append(_answer(label, model, given, ground, control, tell))
+    dt, labels = ground.dt, labels_of([m.name for m in models])
+    asked = [_Asked(model, given, ground, control) for model in models]
+    found = rides([part for one in asked for part in one.parts], on_progress or silent, "dampers in the quarter car")
+    answers, at = [], 0
+    for label, one in zip(labels, asked, strict=True):
+        answers.append(_answer(label, one, found[at : at + len(one.parts)]))
+        at += len(one.parts)
     setting = (
         f"Quarter car on a road of class {given.road_class} (ISO 8608) at {3.6 * given.speed_m_s:.4g} km/h for "
         f"{given.seconds:g} s, step {1e3 * dt:g} ms"
@@ -104,23 +108,26 @@ def check_road_study(models: Sequence[SimulationModel], given: OnRoad) -> tuple[
     return ground, control
 
 
-def _answer(
-    label: str, model: SimulationModel, given: OnRoad, ground: Ground, control: Control | None, tell: Tell
-) -> Answer:
-    vehicle, dampers, dt = quarter_car(given.car), {PLACE: model}, ground.dt
-    tell(0.0, "on the road")
-    found = ride(vehicle, dampers, ground, control=control)
-    tell(0.3, "multisine")
-    multitone = grounds.tones(0.5, 20.0, given.rms_m, given.period_s, dt, given.seed)
-    excited = grounds.multisine(multitone, 3, dt)
-    answer = ride(vehicle, dampers, excited, control=control)
-    curves = [by_multisine(answer, excited, "body", multitone.lines, multitone.period_samples)]
-    if given.sines_hz:
-        told = part_of(tell, 0.6, 0.4, "stepped sine")
-        more = stepped_sine(
-            vehicle, dampers, "body", given.sines_hz, given.amplitude_m, dt, control=control, on_progress=told
-        )
-        curves.append(more)
+class _Asked:
+    """The rides of one model: on the road, over the multisine, over each sine."""
+
+    def __init__(self, model: SimulationModel, given: OnRoad, ground: Ground, control: Control | None) -> None:
+        vehicle, dampers, dt = quarter_car(given.car), {PLACE: model}, ground.dt
+        self.model, self.given = model, given
+        self.tones = grounds.tones(0.5, 20.0, given.rms_m, given.period_s, dt, given.seed)
+        excited = grounds.multisine(self.tones, 3, dt)
+        two = [Part(vehicle=vehicle, dampers=dampers, ground=one, control=control) for one in (ground, excited)]
+        self.parts = [*two, *sine_parts(vehicle, dampers, given.sines_hz, given.amplitude_m, dt, control)]
+
+
+def _answer(label: str, asked: _Asked, rides_of: Sequence[Ride]) -> Answer:
+    model, given, tones = asked.model, asked.given, asked.tones
+    found, answer, *sines = rides_of
+    excited = asked.parts[1].ground
+    dt = excited.dt
+    curves = [by_multisine(answer, excited, "body", tones.lines, tones.period_samples)]
+    if sines:
+        curves.append(by_sines(sines, asked.parts[2:], "body", given.sines_hz))
     felt = comfort(found.outputs["body_acceleration"], 1.0 / dt, settle_s=_SETTLE_S)
     late = slice(round(_SETTLE_S / dt), None)
     peak_hz, peak = curves[-1].peak
@@ -172,13 +179,3 @@ def _histories(found: Ride) -> list[Curve]:
         Curve(title="Body on the road", x_name="time, s", y_name="acceleration, m/s²", x=found.time[shown], y=body),
         Curve(title=stroke, x_name="velocity, m/s", y_name="force, N", x=v, y=force, style="markers"),
     ]
-
-
-def part_of(tell: Tell | None, begin: float, share: float, label: str) -> Tell:
-    """Progress of a part of the work as progress of the whole."""
-
-    def told(done: float, what: str) -> None:
-        if tell is not None:
-            tell(begin + share * done, f"{label}: {what}" if what else label)
-
-    return told

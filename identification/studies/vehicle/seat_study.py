@@ -13,16 +13,18 @@ from excitation.configuration import STRICT
 from identification.errors import DataError
 from identification.models.protocol import SimulationModel
 from identification.physical.new_model import model_of_family
+from identification.studies.pace import silent
 from identification.studies.vehicle import grounds
 from identification.studies.vehicle.answer import Answer, Curve, Figure, Study, labels_of
 from identification.studies.vehicle.comfort import comfort
+from identification.studies.vehicle.parts import Part, rides
 from identification.studies.vehicle.protocol import Ground
-from identification.studies.vehicle.ride import Control, Held, check_dampers, ride
-from identification.studies.vehicle.road_study import PLACE, notes_of, part_of
+from identification.studies.vehicle.ride import Control, Held, Ride, check_dampers
+from identification.studies.vehicle.road_study import PLACE, notes_of
 from identification.studies.vehicle.seat import PASSIVE_N_S_PER_M, Seat, seat_suspension
 from identification.studies.vehicle.skyhook import Skyhook
 from identification.studies.vehicle.step import step_for
-from identification.studies.vehicle.transmissibility import Transmissibility, stepped_sine
+from identification.studies.vehicle.transmissibility import Transmissibility, by_sines, sine_parts
 
 Tell = Callable[[float, str], None]
 Floats = NDArray[np.float64]
@@ -81,11 +83,13 @@ def seat_study(
     passive = replace(model_of_family("linear", max(given.passive_n_s_per_m, _NO_DAMPER), 1.0), name=PASSIVE)
     cases: list[tuple[SimulationModel, Control]] = [(passive, Held(0.0))]
     cases += [(specimen or model, hook) for model, hook in zip(models, hooks, strict=True)]
-    answers: list[Answer] = []
     labels = labels_of([PASSIVE, *(model.name for model in models)])
-    for k, (label, (damper, control)) in enumerate(zip(labels, cases, strict=True)):
-        tell = part_of(on_progress, k / len(cases), 1.0 / len(cases), label)
-        answers.append(_answer(label, damper, control, given, dt, tell))
+    parts = [_parts(damper, control, given, dt) for damper, control in cases]
+    found = rides([part for own in parts for part in own], on_progress or silent, "dampers in the seat")
+    answers, at = [], 0
+    for label, (damper, _), own in zip(labels, cases, parts, strict=True):
+        answers.append(_answer(label, damper, given, own, found[at : at + len(own)]))
+        at += len(own)
     answers = [_beside(one, answers[0]) for one in answers]
     setting = (
         f"Seat suspension, skyhook of {given.sky_n_s_per_m:g} N·s/m, sines of {1e3 * given.amplitude_m:g} mm, "
@@ -119,15 +123,18 @@ def _skyhook(model: SimulationModel, given: OnSeat) -> Skyhook:
     )
 
 
-def _answer(label: str, damper: SimulationModel, control: Control, given: OnSeat, dt: float, tell: Tell) -> Answer:
+def _parts(damper: SimulationModel, control: Control, given: OnSeat, dt: float) -> list[Part]:
+    """The ride on the random floor, then those over the sines."""
     vehicle, dampers = seat_suspension(given.seat), {PLACE: damper}
-    sines = part_of(tell, 0.0, 0.9, "stepped sine")
-    seat = stepped_sine(
-        vehicle, dampers, "seat", given.sines_hz, given.amplitude_m, dt, control=control, on_progress=sines
-    )
-    tell(0.9, "random motion")
-    ground = random_floor(given, dt)
-    found = ride(vehicle, dampers, ground, control=control)
+    floor = Part(vehicle=vehicle, dampers=dampers, ground=random_floor(given, dt), control=control)
+    return [floor, *sine_parts(vehicle, dampers, given.sines_hz, given.amplitude_m, dt, control)]
+
+
+def _answer(
+    label: str, damper: SimulationModel, given: OnSeat, parts: Sequence[Part], rides_of: Sequence[Ride]
+) -> Answer:
+    found, dt = rides_of[0], parts[0].ground.dt
+    seat = by_sines(rides_of[1:], parts[1:], "seat", given.sines_hz)
     late = slice(round(_PERIOD_S / dt), None)
     felt = comfort(found.outputs["passenger_acceleration"], 1.0 / dt, settle_s=_PERIOD_S)
     peak_hz, peak = seat.peak

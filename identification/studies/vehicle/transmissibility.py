@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.models.protocol import SimulationModel
+from identification.studies.pace import silent
 from identification.studies.vehicle import grounds
+from identification.studies.vehicle.parts import Part, rides
 from identification.studies.vehicle.protocol import Ground, Vehicle
-from identification.studies.vehicle.ride import Control, Ride, ride
+from identification.studies.vehicle.ride import Control, Ride
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -40,6 +42,44 @@ class Transmissibility:
         return float(self.frequency_hz[k]), float(np.abs(self.ratio[k]))
 
 
+def sine_parts(
+    vehicle: Vehicle,
+    dampers: Mapping[str, SimulationModel],
+    frequencies_hz: Sequence[float],
+    amplitude_m: float,
+    dt: float,
+    control: Control | None = None,
+) -> list[Part]:
+    """The ride over each frequency of a stepped sine, from rest, at one amplitude of the ground.
+
+    Raises DataError where a frequency or the amplitude cannot be.
+    """
+    return [
+        Part(
+            vehicle=vehicle, dampers=dampers, control=control,
+            ground=grounds.sine(f, amplitude_m, 1.0 + SETTLE_S + _measured_s(f), dt),
+        )
+        for f in frequencies_hz
+    ]  # fmt: skip
+
+
+def by_sines(
+    found: Sequence[Ride], parts: Sequence[Part], output: str, frequencies_hz: Sequence[float]
+) -> Transmissibility:
+    """The ratio at each frequency, from the rides of `sine_parts`."""
+    ratios, rms = [], []
+    for one, part, frequency in zip(found, parts, frequencies_hz, strict=True):
+        ground = part.ground
+        late = slice(-round(_measured_s(frequency) / ground.dt), None)
+        turn = np.exp(-2j * np.pi * frequency * one.time[late])
+        series = one.outputs[output][late]
+        ratios.append(np.mean((series - series.mean()) * turn) / np.mean(ground.x[late, 0] * turn))
+        rms.append(float(np.std(series) / np.std(ground.x[late, 0])))
+    return Transmissibility(
+        output=output, frequency_hz=np.array(frequencies_hz), ratio=np.array(ratios), rms=np.array(rms)
+    )
+
+
 def stepped_sine(
     vehicle: Vehicle,
     dampers: Mapping[str, SimulationModel],
@@ -55,21 +95,14 @@ def stepped_sine(
 
     Raises DataError and SimulationError as `ride` does.
     """
-    ratios, rms = [], []
-    for k, frequency in enumerate(frequencies_hz):
-        if on_progress is not None:
-            on_progress(k / len(frequencies_hz), f"{vehicle.name} at {frequency:.3g} Hz")
-        measured = round(max(_CYCLES / frequency, 1.0) * frequency) / frequency
-        ground = grounds.sine(frequency, amplitude_m, 1.0 + SETTLE_S + measured, dt)
-        found = ride(vehicle, dampers, ground, control=control)
-        late = slice(-round(measured / dt), None)
-        turn = np.exp(-2j * np.pi * frequency * found.time[late])
-        series = found.outputs[output][late]
-        ratios.append(np.mean((series - series.mean()) * turn) / np.mean(ground.x[late, 0] * turn))
-        rms.append(float(np.std(series) / np.std(ground.x[late, 0])))
-    return Transmissibility(
-        output=output, frequency_hz=np.array(frequencies_hz), ratio=np.array(ratios), rms=np.array(rms)
-    )
+    parts = sine_parts(vehicle, dampers, frequencies_hz, amplitude_m, dt, control)
+    found = rides(parts, on_progress or silent, f"{vehicle.name}, stepped sine")
+    return by_sines(found, parts, output, frequencies_hz)
+
+
+def _measured_s(frequency_hz: float) -> float:
+    """Whole cycles, of a second at least."""
+    return round(max(_CYCLES / frequency_hz, 1.0) * frequency_hz) / frequency_hz
 
 
 def by_multisine(found: Ride, ground: Ground, output: str, lines: NDArray[np.int64], period: int) -> Transmissibility:
