@@ -38,7 +38,7 @@ Floats = NDArray[np.float64]
 
 POINTS, LEARNED = 6_000, 0.8
 EPOCHS = 3_000
-NODES, DECAY, STEPS = 40, 1e-4, 1500
+NODES, DECAY, STEPS, FEW_STEPS = 40, 1e-4, 1500, 150
 SHARE = 0.15  # of the learned points: 700 a test say what 4 800 do
 STEEP = 12_017.0  # s/m: the study's own slope of the arctan, with the speed in m/s
 _TIMED = 3  # epochs over all points: their time, no result
@@ -68,9 +68,10 @@ def main(given: Sequence[str] = ()) -> int:
         tests = tests_of(specimen)
         print(f"  {label}: {tests.force.shape[0]} tests of {tests.force.shape[1]} points", flush=True)
         told("the true force", tests, tests.true, time.process_time())
-        named(tests, specimen)
+        hybrid(tests, named(tests, specimen))
         second_order(tests)
-        second_order(tests, "PQRS")
+        for steps in (FEW_STEPS, STEPS):
+            second_order(tests, "PQRS", steps)
         if epochs and specimen is YAW:
             first_order(tests, epochs)
     return 0
@@ -94,13 +95,27 @@ def tests_of(specimen: Specimen) -> Tests:
     return Tests(scaled, force / size, np.array(truth) / size, size, learned)
 
 
-def named(tests: Tests, specimen: Specimen) -> None:
-    """A model with named elements, the enriched Maxwell model, on all points of all tests."""
+def named(tests: Tests, specimen: Specimen) -> Floats:
+    """The scaled force of the enriched Maxwell model, fitted to all points of all tests."""
     runs = [_run(specimen, k, tests.size * force) for k, force in enumerate(tests.force)]
     began = time.process_time()
     model = fit(literature("enriched Maxwell"), runs).model
     force = np.array([simulate_run(model, one)[POINTS:] for one in runs])
     told("enriched Maxwell model, fitted to all points", tests, force / tests.size, began)
+    return force / tests.size
+
+
+def hybrid(tests: Tests, model: Floats) -> None:
+    """The same and a network of x, v, a and its force for what it leaves, with the weight decay of a hybrid."""
+    structure = Structure(regressors("x0 v0 a0 M0"), 12)
+    rest, began = tests.force - model, time.process_time()
+    inputs = np.ascontiguousarray(np.column_stack([tests.inputs.reshape(-1, 3), model.ravel()]))
+    size, some = float(np.std(rest)), fewer(tests)
+    net = Network(structure, 1.5 * np.array([rest.min(), rest.max()]) / size)
+    few, every = (rows(inputs[one], rest.ravel()[one] / size) for one in (some, slice(None)))
+    found = train(net, first_weights(structure, 0), few, decay=0.02, most_steps=100)
+    force = model.ravel() + size * net.simulate(found.weights, every)
+    told("the same and a network for what it leaves", tests, force, began)
 
 
 def _run(specimen: Specimen, k: int, force: Floats) -> Run:
@@ -114,7 +129,7 @@ def _run(specimen: Specimen, k: int, force: Floats) -> Run:
     )  # fmt: skip
 
 
-def second_order(tests: Tests, stops: str = "") -> None:
+def second_order(tests: Tests, stops: str = "", steps: int = STEPS) -> None:
     """Least squares with the gradient by all weights at once; also with stop operators of the displacement."""
     structure = Structure(regressors(["x0", "v0", "a0", *(f"{symbol}0" for symbol in stops)]), NODES)
     limits = 1.5 * np.array([tests.force.min(), tests.force.max()])
@@ -123,7 +138,7 @@ def second_order(tests: Tests, stops: str = "") -> None:
     few, every = rows(inputs[some], tests.force.ravel()[some]), rows(inputs, tests.force.ravel())
     train(net, first_weights(structure, 0), few, decay=DECAY, most_steps=1)  # compiles the loops
     began = time.process_time()
-    found = train(net, first_weights(structure, 0), few, decay=DECAY, most_steps=STEPS, tolerance=1e-5)
+    found = train(net, first_weights(structure, 0), few, decay=DECAY, most_steps=steps, tolerance=1e-5)
     label = f"second order{' with stop operators' if stops else ''}, {found.steps} steps, {some.size} points"
     told(label, tests, net.simulate(found.weights, every), began)
 

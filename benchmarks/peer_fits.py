@@ -22,7 +22,8 @@ def main(path: str) -> None:
     centre, spread = given["y"].mean(), given["y"].std()
     learned = ((given["u"] - mean) / size, (given["y"] - centre) / spread)
     shown = ((given["u_shown"] - mean) / size, (given["y_shown"] - centre) / spread)
-    for name, tool in (("sysidentpy FROLS", frols), ("jax-sysid RNN", recurrent)):
+    tools = (("sysidentpy FROLS", frols), ("scipy, Bouc-Wen", bouc_wen), ("jax-sysid RNN", recurrent))
+    for name, tool in tools:
         began, used = time.perf_counter(), time.process_time()
         force = tool(learned, shown)
         seconds, processor = time.perf_counter() - began, time.process_time() - used
@@ -47,6 +48,35 @@ def frols(learned: tuple, shown: tuple) -> np.ndarray:
     ahead, ahead_shown = (np.vstack([one[1:], one[-1:]]) for one in (u, u_shown))
     model.fit(X=ahead, y=y[:, None])
     return np.nan_to_num(model.predict(X=ahead_shown, y=y_shown[:3, None]))[:, 0]
+
+
+def bouc_wen(learned: tuple, shown: tuple) -> np.ndarray:
+    """Bouc-Wen hysteresis beside a dashpot, a spring and an offset, by nonlinear least squares from six starts.
+
+    h' = v·(1 − |h|^n·(b + (1 − b)·sgn(v·h)))/r, stepped from sample to sample in the scaled displacement; the force is
+    linear in its other four parameters, which are solved at each step.
+    """
+    from scipy.optimize import least_squares
+
+    (u, y), (u_shown, _) = learned, shown
+
+    def terms(u: np.ndarray, p: np.ndarray) -> np.ndarray:
+        reach, n, b = np.exp(p[0]), 1.0 + np.exp(p[1]), 1.0 / (1.0 + np.exp(-p[2]))
+        h, state = np.zeros(u.shape[0]), 0.0
+        for k, moved in enumerate(np.diff(u[:, 0]).tolist(), start=1):
+            side = 1.0 if moved * state > 0.0 else -1.0
+            state += moved * (1.0 - abs(state) ** n * (b + (1.0 - b) * side)) / reach
+            h[k] = state = min(max(state, -1.5), 1.5)
+        return np.column_stack([h, u[:, 1], u[:, 0], np.ones_like(h)])
+
+    def left(p: np.ndarray) -> np.ndarray:
+        phi = terms(u, p)
+        return phi @ np.linalg.lstsq(phi, y, rcond=None)[0] - y
+
+    starts = [np.array([reach, 0.0, bend]) for reach in (-4.0, -2.5, -1.0) for bend in (0.0, 2.0)]
+    found = min((least_squares(left, one, max_nfev=60) for one in starts), key=lambda one: one.cost)
+    weights = np.linalg.lstsq(terms(u, found.x), y, rcond=None)[0]
+    return terms(u_shown, found.x) @ weights
 
 
 def recurrent(learned: tuple, shown: tuple) -> np.ndarray:

@@ -9,6 +9,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from sqlalchemy import update
 
@@ -18,6 +19,9 @@ from api.processes.child import Child
 from api.store.database import Database
 from api.store.leases import holders
 from api.store.tables import jobs
+from excitation.files import write_excitation
+from excitation.kinds import Kind
+from excitation.signal import Excitation
 from rigctl.address import connect
 from rigctl.operator_acts import reset, stop
 from rigctl.runfile import write_run
@@ -135,6 +139,25 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_run(place / "reversed.h5", a_run(5, 2.0, sign=-1.0))
     (place / "model.json").write_text(json.dumps(MODEL))
     return place
+
+
+@pytest.fixture
+def road(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with ``road.h5``: three seconds that repeat nothing."""
+    monkeypatch.chdir(tmp_path)
+    spectrum, f = np.zeros(2049), np.fft.rfftfreq(4096, 1e-3)
+    band = (f > 0.5) & (f < 25)
+    spectrum[band] = f[band] ** -0.7
+    x = np.fft.irfft(spectrum * np.fft.rfft(np.random.default_rng(3).standard_normal(4096)))[:3000]
+    excitation = Excitation(
+        kind=Kind.ROAD,
+        sample_rate_hz=1000.0,
+        period_samples=0,
+        displacement_m=0.008 * x / np.max(np.abs(x)),
+        current_a=np.full(3000, 0.8),
+    )
+    write_excitation(tmp_path / "road.h5", excitation)
+    return tmp_path
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
@@ -15,42 +15,12 @@ import numpy as np
 import pytest
 
 from api.cli.main import main
-from excitation.files import read_excitation, write_excitation
-from excitation.kinds import Kind
-from excitation.signal import Excitation
+from excitation.files import read_excitation
 from rigctl.address import connect
 from rigctl.runfile import read_run
-from tests.api.rigs import a_sim
+from tests.api.rigs import a_sim, said_in_one_line
 
 NOWHERE = ("--rig", "modbus://127.0.0.1:9", "-o", "o")
-RIGS = ("modbus://127.0.0.1:0", "can://loopback/cli-{}", "can://loopback/cli-{}?fd=true")
-
-
-@pytest.fixture
-def road(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with ``road.h5``: three seconds that repeat nothing."""
-    monkeypatch.chdir(tmp_path)
-    spectrum, f = np.zeros(2049), np.fft.rfftfreq(4096, 1e-3)
-    band = (f > 0.5) & (f < 25)
-    spectrum[band] = f[band] ** -0.7
-    x = np.fft.irfft(spectrum * np.fft.rfft(np.random.default_rng(3).standard_normal(4096)))[:3000]
-    excitation = Excitation(
-        kind=Kind.ROAD,
-        sample_rate_hz=1000.0,
-        period_samples=0,
-        displacement_m=0.008 * x / np.max(np.abs(x)),
-        current_a=np.full(3000, 0.8),
-    )
-    write_excitation(tmp_path / "road.h5", excitation)
-    return tmp_path
-
-
-def said_in_one_line(capsys: pytest.CaptureFixture[str]) -> str:
-    said = capsys.readouterr()
-    assert said.out.strip() == ""
-    assert said.err.count("\n") == 1, said.err
-    assert said.err.startswith("damper-rig: ")
-    return said.err
 
 
 @pytest.mark.parametrize(
@@ -88,41 +58,6 @@ def test_bad_input_is_one_line_and_status_2(
     assert status == 2, line
     assert all(word in line for word in words), line
     assert [path.name for path in road.iterdir()] == ["road.h5"]
-
-
-@pytest.mark.parametrize("command", ["run", "iterate"])
-@pytest.mark.parametrize("url", RIGS)
-@pytest.mark.parametrize(("what", "words"), [("MAGIC", "a foreign device"), ("MAP_VERSION", "speaks register map 3")])
-def test_a_foreign_device_and_another_map_are_one_line_and_no_motion(
-    road: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    sims: dict[str, str],
-    url: str,
-    command: str,
-    what: str,
-    words: str,
-) -> None:
-    from rigctl import modbus_map
-
-    with monkeypatch.context() as patch:
-        patch.setattr(modbus_map, what, 0x77)
-        assert main([command, "road.h5", "--rig", sims[url], "-o", "runs"]) == 1
-    assert words in said_in_one_line(capsys)
-    wire = connect(sims[url])
-    status = wire.status(2.0)
-    wire.close()
-    assert (status.state.name, status.consumed) == ("DISABLED", 0)
-    assert abs(status.displacement_m) < 1e-4
-    assert not list(road.glob("runs/*"))
-
-
-@pytest.fixture(scope="module")
-def sims() -> Iterator[dict[str, str]]:
-    can_fd = RIGS[2].replace("cli", "cli-fd")
-    soon = ("--speed", "20")  # a rig in real time takes a tenth of a core while it waits
-    with a_sim(RIGS[0], *soon) as one, a_sim(RIGS[1], *soon) as two, a_sim(can_fd, *soon) as three:
-        yield dict(zip(RIGS, (one, two, three), strict=True))
 
 
 @pytest.mark.parametrize("url", ["modbus://127.0.0.1:0", "can://loopback/fault-{}?fd=true"])
