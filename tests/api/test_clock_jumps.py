@@ -301,6 +301,7 @@ READERS_OF_THE_WALL_CLOCK = {
     "api/campaigns/play.py": "the date on which a calibration expires",
     "api/cli/laboratory.py": "the date on which a calibration expires",
     "api/cli/preparation.py": "the date on which a calibration expires, and the age of a tare",
+    "api/jobs/results.py": "the age in days of what an interrupted study has kept: after a jump it begins anew",
     "api/line/service_end.py": "when a worker was lost, to show it",
     "api/store/backup.py": "when a backup was made, to show it",
     "rigctl/foreign_files/imported.py": "when a table of a notebook became a run, to show it",
