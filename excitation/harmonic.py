@@ -133,7 +133,7 @@ class StepsSpec:
         if self.sequence == "prbs" and len(self.levels_a) != 2:
             raise DesignError(f"levels is {list(self.levels_a)}: a prbs has two")
         check_within("order", self.order, 2, 20)
-        check_at_least("step_time", self.step_time_s, 1.0 / self.sample_rate_hz, "s")
+        check_within("step_time", self.step_time_s, 1.0 / self.sample_rate_hz, _MOST_SAMPLES / self.sample_rate_hz, "s")
         check_within("seed", self.seed, 0, 2**63 - 1)
         check_at_least("periods", self.periods, 1)
         if self.periods > 1 and self.settling_cycles:

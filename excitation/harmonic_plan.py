@@ -147,6 +147,11 @@ def _names(points: list[_Point]) -> list[str]:
 
 def _test(spec: HarmonicPlanSpec, point: _Point, name: str) -> Test:
     series = point.series
+    if not 0.0 < point.frequency_hz < 0.5 * spec.sample_rate_hz:
+        raise DesignError(
+            f"test {name!r}: amplitude {point.amplitude_m:g} m has a frequency of {point.frequency_hz:.4g} Hz: it must "
+            f"lie above 0 and below half the sample rate ({0.5 * spec.sample_rate_hz:g} Hz)"
+        )
     cycles = series.cycles or max(spec.cycles, int(np.ceil(spec.measure_time_s * point.frequency_hz)))
     settling = spec.settling_cycles if series.settling_cycles is None else series.settling_cycles
     cycles = max(cycles, _cycles_for_the_speed(spec, point) - settling)

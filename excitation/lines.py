@@ -68,7 +68,8 @@ def _log_lines(band: NDArray[np.int64], choice: LogLines) -> NDArray[np.int64]:
 def _given_lines(band: NDArray[np.int64], frequency_hz: tuple[float, ...], spacing_hz: float) -> NDArray[np.int64]:
     if not frequency_hz:
         raise DesignError('lines is an empty list: give the frequencies, or "all"')
-    numbers = np.rint(np.clip(np.asarray(frequency_hz) / spacing_hz, 0.0, 2.0**40)).astype(np.int64)
+    beyond = (float(band[-1]) + 1.0) * spacing_hz  # clipped before the division, which may overflow
+    numbers = np.rint(np.clip(np.asarray(frequency_hz), 0.0, beyond) / spacing_hz).astype(np.int64)
     for given, number in zip(frequency_hz, numbers.tolist(), strict=True):
         if abs(given - number * spacing_hz) > 1e-6 * spacing_hz or not band[0] <= number <= band[-1]:
             raise DesignError(

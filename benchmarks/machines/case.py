@@ -283,7 +283,7 @@ def _measured(rng: Rng, seed: int, machine: Machine, effects: Sequence[Effect]) 
 
 
 def _hidden(base: Base, campaign: Campaign, number: int, effect: Effect, values: Mapping[str, float]) -> Hidden:
-    found = shown(base, campaign, number, effect.names)
+    found = shown(base, campaign, number, effect.names, effect.sure)
     return Hidden(
         title=effect.title, accepted=found.accepted, excess=found.excess, in_catalogue=bool(effect.names),
         left=found.left, values=dict(values),

@@ -30,8 +30,8 @@ class Scale:
 class Effect:
     """Something that the given model lacks: how it changes machine and chain, and the names that may be right.
 
-    The first set of names is what it is. The others are right where the runs can't tell. No set: it is outside the
-    catalogue.
+    The first `sure` sets of names are what it is. The others are right where the runs can't tell. No set: it is outside
+    the catalogue.
     """
 
     title: str
@@ -43,6 +43,7 @@ class Effect:
     excludes: frozenset[str] = field(default_factory=frozenset)
     weight: float = 1.0  # how often it occurs
     least_rate_hz: float = 0.0  # of a record that can show it
+    sure: int = 1  # trapped gas has a name by its cause, and one by what it does to a force
 
 
 def usual(effect: Effect) -> Effect:

@@ -179,9 +179,9 @@ def air(low: float = 0.02, high: float = 0.1) -> Effect:
         stiff = 60.0 * top / (values["area_r"] * travel)
         return {"elastance": stiff, "air": travel * values["area_r"] * stiff / at, "air_at": at}
 
-    names = (("reversal_force_lag",), ("series_compliance",), ("free_play",))
+    names = (("aerated_oil",), ("reversal_force_lag",), ("series_compliance",), ("free_play",))
     return Effect(
-        title="free air in the oil", names=names, draw=draw, share=(low, high, "stroke"),
+        title="free air in the oil", names=names, sure=2, draw=draw, share=(low, high, "stroke"),
         excludes=frozenset({"oil column is soft", "rubber bush in series"}),
     )  # fmt: skip
 

@@ -156,7 +156,7 @@ def _hidden(
     campaign = Campaign(
         runs=tuple(after), without=(tuple(b.force for b in before),), trained=len(after) - 1, noise_n=noise
     )
-    found = shown(base, campaign, 0, effect.names)
+    found = shown(base, campaign, 0, effect.names, effect.sure)
     return Hidden(
         title=effect.title, accepted=found.accepted, excess=found.excess, in_catalogue=bool(effect.names),
         left=found.left, values=dict(values),

@@ -29,8 +29,9 @@ FORM_EXCESS = 1.0  # noise deviations: a base that leaves less of the machine wi
 LEAST_CLOSED = 0.5  # share of the excess that a name has to close to be right, unless it is the first
 # Names whose column to first order may describe the effect worse than the name does, and the share of the excess that
 # is taken for what the name would leave.
-CRUDE = frozenset({"series_compliance", "free_play", "temperature_fade", "position_dependent_damping", "control_lag",
-                   "control_delay", "control_saturation", "control_hysteresis", "reversal_force_lag"})  # fmt: skip
+CRUDE = frozenset({"series_compliance", "free_play", "aerated_oil", "temperature_fade", "position_dependent_damping",
+                   "control_lag", "control_delay", "control_saturation", "control_hysteresis",
+                   "reversal_force_lag"})  # fmt: skip
 WELL_DESCRIBED = 0.15
 MOST_SAMPLES = 1200  # of a run, in these fits
 
@@ -83,8 +84,8 @@ def excess_of_base(base: Base, campaign: Campaign) -> float:
     return rms(left) / campaign.noise_n
 
 
-def shown(base: Base, campaign: Campaign, number: int, candidates: Sequence[Names]) -> Shown:
-    """Excess of effect `number`, and which of the candidate sets of names can stand for it; the first always can."""
+def shown(base: Base, campaign: Campaign, number: int, candidates: Sequence[Names], sure: int = 1) -> Shown:
+    """Excess of effect `number`, and which of the candidate sets of names can stand for it; the first `sure` always."""
     picked = [r.picked(MOST_SAMPLES) for r in campaign.runs]
     effect = [r.force - w for r, w in zip(campaign.runs, campaign.without[number], strict=True)]
     target = [e[at] for e, at in zip(effect, picked, strict=True)]
@@ -100,7 +101,7 @@ def shown(base: Base, campaign: Campaign, number: int, candidates: Sequence[Name
     if CRUDE & set(left[0][0]):
         least = min(least, WELL_DESCRIBED * excess)
     most = min(max(AS_GOOD * least, AS_GOOD_EXCESS), max((1.0 - LEAST_CLOSED) * excess, 1.05 * least))
-    right = [names for k, (names, stays) in enumerate(left) if k == 0 or stays <= most]
+    right = [names for k, (names, stays) in enumerate(left) if k < sure or stays <= most]
     return Shown(excess=excess, accepted=tuple(right), left=tuple(left))
 
 

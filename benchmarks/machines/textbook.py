@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,13 +58,23 @@ def _stuck(x, travel):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _sliding(x, travel):  # type: ignore[no-untyped-def]
-    """Friction that is a spring before it slides: df/dx = (1 − sgn(dx)·f)/travel, exact for each step."""
-    out, state = np.zeros(x.size), 0.0
+def _sliding(x, v, dt, travel):  # type: ignore[no-untyped-def]
+    """Friction that is a spring before it slides: df/dx = (1 − sgn(dx)·f)/travel, exact for each piece of the path.
+
+    Between samples the path is the cubic of their displacements and speeds: it turns where the motion turns.
+    """
+    out, state, pieces = np.zeros(x.size), 0.0, 16
     for n in range(1, x.size):
-        step = (x[n] - x[n - 1]) / travel
-        side = 1.0 if step > 0.0 else -1.0
-        state = side + (state - side) * np.exp(-abs(step))
+        last = x[n - 1]
+        for m in range(1, pieces + 1):
+            s = m / pieces
+            low, high = s * (1.0 - s) ** 2, s * s * (1.0 - s)
+            rise = s * s * (3.0 - 2.0 * s)
+            now = x[n - 1] + rise * (x[n] - x[n - 1]) + dt * (low * v[n - 1] - high * v[n])
+            step = (now - last) / travel
+            side = 1.0 if step > 0.0 else -1.0
+            state = side + (state - side) * np.exp(-abs(step))
+            last = now
         out[n] = state
     return out
 
@@ -95,9 +106,27 @@ def _force_delay(s: Setting) -> list[Columns]:
     return [_one(np.interp(at - q, at, s.force) - s.force) for q in (0.3, 1.0, 2.0, 4.0, 8.0)]
 
 
+@compiled
+def _yielded(force, by_v, by_x, k, dt):  # type: ignore[no-untyped-def]
+    """The force behind a spring k: F + by_v·(dF/dt)/k + by_x·F/k = f, exact for straight pieces of f, a steady lag."""
+    out, state = np.zeros(force.size), force[0]
+    for n in range(1, force.size):
+        soft = 1.0 + max(by_x[n], 0.0) / k
+        lag = max(by_v[n], 1e-12 * k * dt) / (k * dt * soft)  # in samples
+        keep, begin, end = np.exp(-1.0 / lag), force[n - 1] / soft, force[n] / soft
+        state = end - (end - begin) * lag * (1.0 - keep) + keep * (state - begin)
+        out[n] = state
+    return out
+
+
 def _series(s: Setting) -> list[Columns]:
+    """To first order; and between two springs that yield by a part of the stroke, as the base's own slopes let them."""
     by_v, by_x = _slope(s, "v", 1e-4 * s.speed_m_s), _slope(s, "x", 1e-4 * s.stroke_m)
-    return [_one(-by_v * np.gradient(s.force, s.dt) - by_x * s.force)]
+    level = float(np.sqrt(np.mean(s.force**2)))
+    springs = [level / (q * s.stroke_m) for q in (0.003, 0.006, 0.012, 0.025, 0.05, 0.1, 0.2)] if level > 0.0 else []
+    rows = [_yielded(s.force, by_v, by_x, k, s.dt) - s.force for k in springs]
+    first = _one(-by_v * np.gradient(s.force, s.dt) - by_x * s.force)
+    return [first, *(_one(one, other) for one, other in pairwise(rows))]
 
 
 def _play(s: Setting) -> list[Columns]:
@@ -106,6 +135,16 @@ def _play(s: Setting) -> list[Columns]:
     return [
         _one(-_slope(s, "v", 1e-4 * s.speed_m_s) * np.exp(-((s.force / (q * level)) ** 2)) * np.abs(slope) / level)
         for q in (0.05, 0.15)
+    ]
+
+
+def _bubbles(s: Setting) -> list[Columns]:
+    """Air that the force compresses: the deflection of the base's own slopes, q of the level where it is half gone."""
+    level = float(np.sqrt(np.mean(s.force**2)))
+    slope = np.gradient(s.force, s.dt)
+    return [
+        _one(-_slope(s, "v", 1e-4 * s.speed_m_s) * slope / (1.0 + np.abs(s.force) / (q * level)) ** 2)
+        for q in (0.03, 0.1, 0.3, 1.0)
     ]
 
 
@@ -118,7 +157,7 @@ def _relief(s: Setting) -> list[Columns]:
 
 
 def _hysteresis(s: Setting) -> list[Columns]:
-    return [_one(_sliding(s.seen.x, q * s.stroke_m)) for q in (0.01, 0.03, 0.1, 0.3, 0.8)]
+    return [_one(_sliding(s.seen.x, s.seen.v, s.dt, q * s.stroke_m)) for q in (0.01, 0.03, 0.1, 0.3, 0.8)]
 
 
 def _gas(s: Setting) -> list[Columns]:
@@ -200,7 +239,7 @@ def _breakaway(s: Setting) -> list[Columns]:
 
 def _bristles(s: Setting) -> list[Columns]:
     v = s.seen.v
-    built_up = [_sliding(s.seen.x, q * s.stroke_m) for q in (0.001, 0.01)]
+    built_up = [_sliding(s.seen.x, s.seen.v, s.dt, q * s.stroke_m) for q in (0.00003, 0.0003, 0.001, 0.01)]
     return [
         _one(force, force * np.exp(-((v / (q * s.speed_m_s)) ** 2)))
         for force in built_up
@@ -229,7 +268,8 @@ ADDED: Mapping[str, Callable[[Setting], list[Columns]]] = {
     "tanh_hysteresis": _yielding,
     "bouc_wen": _hysteresis,
     "presliding_friction": lambda s: [
-        _one(_sliding(s.seen.x, q * s.stroke_m)) for q in (0.001, 0.003, 0.01, 0.03, 0.1)
+        _one(_sliding(s.seen.x, s.seen.v, s.dt, q * s.stroke_m))
+        for q in (0.00003, 0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.1)
     ],
     "coulomb_friction": lambda s: [_one(np.sign(s.seen.v))],
     "stribeck_friction": _breakaway,
@@ -247,6 +287,7 @@ ADDED: Mapping[str, Callable[[Setting], list[Columns]]] = {
     ],
     "series_compliance": _series,
     "free_play": _play,
+    "aerated_oil": _bubbles,
     "control_lag": _lag_of_current,
     "control_delay": _late_current,
     "control_saturation": _saturated,

@@ -64,6 +64,7 @@ def _of_excitation(excitation: Excitation) -> tuple[str, ...]:
     channels = {"displacement": excitation.displacement_m, "current": excitation.current_a}
     found = {}
     for name, samples in channels.items():
-        power = np.abs(rms_lines(samples[-period:])) ** 2
+        one = samples[-period:]
+        power = np.abs(rms_lines(one / max(float(np.abs(one).max()), np.finfo(np.float64).tiny))) ** 2
         found[name] = excited_in(power, np.zeros_like(power))
     return spoiled_lines({name: lines for name, lines in found.items() if lines.size})

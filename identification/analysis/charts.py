@@ -128,6 +128,7 @@ def over_levels(named: Sequence[tuple[str, Analysis]]) -> go.Figure:
     """Parts of the force at each level, as shares of its rms, with their bounds."""
     figure = go.Figure()
     names = [name for name, _ in named]
+    numbers = [str(number) for number, _ in enumerate(named, start=1)]
     for kind, of in _PARTS.items():
         name, colour, symbol = _KINDS[kind]
         rows = [(of(found.levels), found.levels.force_rms) for _, found in named]
@@ -139,15 +140,15 @@ def over_levels(named: Sequence[tuple[str, Analysis]]) -> go.Figure:
             for level, force in rows
         ]
         figure.add_scatter(
-            x=names, y=share, mode="lines+markers", name="noise of one period" if kind == "noise" else name,
-            line={"color": colour, "width": 1.5, "dash": "dot"}, marker={"size": 8, "symbol": symbol},
+            x=numbers, y=share, mode="markers", name="noise of one period" if kind == "noise" else name, text=names,
+            marker={"size": 9, "symbol": symbol, "color": colour},
             error_y={
                 "type": "data", "symmetric": False, "thickness": 1,
                 "array": [high - (value or 0.0) for (_, high), value in zip(ends, share, strict=True)],
                 "arrayminus": [(value or 0.0) - low for (low, _), value in zip(ends, share, strict=True)],
             },
         )  # fmt: skip
-    figure.update_xaxes(title="level: rms of the motion, current", type="category")
+    figure.update_xaxes(title="level, as in the table", type="category")
     figure.update_yaxes(title="% of the rms force", rangemode="tozero")
     return _laid_out(figure, "Distortion and noise from level to level", 440)
 

@@ -48,7 +48,12 @@ def _parts_of_all(levels: Sequence[AtLevel]) -> Iterator[str]:
     named = [(one.setting.text, one.found) for one in levels]
     yield drawn(over_levels(named), first=True)
     for over in ("velocity", "displacement", "current"):
-        known = [(name, one) for name, found in named for one in found.responses if one.over == over]
+        known = [
+            (f"{number}: {name}", one)
+            for number, (name, found) in enumerate(named, start=1)
+            for one in found.responses
+            if one.over == over
+        ]
         if known:
             yield drawn(responses(known), first=False)
     for number, one in enumerate(levels, start=1):

@@ -17,6 +17,7 @@ from identification.discrepancy.hum import Hum, find_hum, hum_in
 from identification.discrepancy.naming import Compared
 from identification.discrepancy.nexttest import propose
 from identification.discrepancy.notes import (
+    beyond,
     capped,
     coarse,
     elsewhere,
@@ -177,7 +178,8 @@ def _conclude(
     ]
     judged = judge(result, final, traces)
     report("designing the next test", 0.95)
-    worthwhile = test_is_worthwhile(judged, len(result.train))
+    worthwhile, farther = test_is_worthwhile(judged, len(result.train)), beyond(traces)
+    next_test = propose(result.found, result.least_confident, result.quiet) if worthwhile else NextTest()
     return Explanation(
         verdict=judged.verdict,
         effects=judged.effects,
@@ -188,7 +190,7 @@ def _conclude(
         profiles=judged.profiles,
         repeatable=judged.repeatable,
         remainder=judged.remainder,
-        next_test=propose(result.found, result.least_confident, result.quiet) if worthwhile else NextTest(),
+        next_test=NextTest(text=farther[0]) if farther else next_test,
         given=given,
         base=base,
         model=replace(final, name=_name(given, result.names)),
@@ -239,6 +241,7 @@ def _notes(result: SearchResult, final: Model, traces: Sequence[Traces], finding
     """What the reader should know of the runs and of the model."""
     return (
         *far_as_given(traces),
+        *beyond(traces),
         *of_runs(result.train, result.held),
         *elsewhere(result.train, result.held),
         *findings,

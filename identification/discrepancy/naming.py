@@ -159,7 +159,7 @@ def _is_departure(own: Element, named: Mapping[str, Element], state: Search, rec
     """Whether an element only describes how another named one departs from its ideal: by its values, or because it
     closes little beside the other."""
     departure = own.spec.departure
-    ideal = None if departure is None else named.get(departure.of)
+    ideal = None if departure is None else next((named[name] for name in departure.of if name in named), None)
     if departure is None or ideal is None:
         return False
     if departure.is_only(own.values(), ideal.values()):

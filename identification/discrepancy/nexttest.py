@@ -55,7 +55,7 @@ def propose(found: Search, uncertain: str | None, records: Sequence[Record]) -> 
         return _explore(unseen, records)
     if max(value for value, _ in worth) < np.sqrt(CHANCE.at_noise):
         return NextTest(text=f"no test within the motion seen so far {words}: repeat the run that showed it")
-    rms, config = max(worth, key=lambda w: w[0] / max(_seconds(w[1]), TEXT.least_test_s))
+    rms, config = max(worth, key=lambda w: w[0] / max(seconds_of(w[1]), TEXT.least_test_s))
     return NextTest(
         text=f"{in_words(config)} {words}: there the two models differ by {rms:.2g} × the noise after any refit",
         design=config,
@@ -76,7 +76,7 @@ def _models_to_tell_apart(found: Search, uncertain: str | None) -> tuple[Model, 
 
 def _explore(unseen: Sequence[Imagined], records: Sequence[Record]) -> NextTest:
     """Of the short tests the one that differs most from all runs so far in speed, stroke and level of current."""
-    designs = [d for d in unseen if _seconds(d[0]) <= TEXT.short_test_s] or list(unseen)
+    designs = [d for d in unseen if seconds_of(d[0]) <= TEXT.short_test_s] or list(unseen)
     if not designs:
         return NextTest()
     config, _ = max(designs, key=lambda d: min(_difference_of_motion(d[1], r) for r in records))
@@ -86,7 +86,7 @@ def _explore(unseen: Sequence[Imagined], records: Sequence[Record]) -> NextTest:
 
 def _new_tests(records: Sequence[Record]) -> list[Imagined]:
     """The tests of the library that are not among the records, each with the record that it would give."""
-    designs = [d for d in library(records) if _seconds(d) <= TEXT.longest_test_s]
+    designs = [d for d in library(records) if seconds_of(d) <= TEXT.longest_test_s]
     imagined = [(d, expected_record(d, records)) for d in designs]
     return [(d, new) for d, new in imagined if all(_difference_of_motion(new, r) > TEXT.same_motion for r in records)]
 
@@ -104,7 +104,7 @@ def _features_of_motion(record: Record) -> Floats:
     return np.array([np.log(np.std(v)), np.log(np.std(x)), np.log(peak), np.mean(i) / max(np.max(np.abs(i)), 1e-300)])
 
 
-def _seconds(config: Mapping[str, Any]) -> float:
+def seconds_of(config: Mapping[str, Any]) -> float:
     excitation = test_from_config(dict(config)).excitation
     return excitation.samples / excitation.sample_rate_hz
 

@@ -21,11 +21,12 @@ from identification.record import Record
 def finer(base: Model, fitted: Model) -> list[str]:
     """The finer shapes that the base's own curves were found to have."""
     return [
-        f"{e.spec.title} of the base: {spec.name} = {p.value:.3g} {spec.unit}, where its canonical form jumps"
+        f"{e.spec.title} of the base: {spec.name} = {p.value:.3g} {spec.unit}, where its canonical form "
+        f"{'does not follow the current' if spec.gain else 'jumps'}"
         for e in fitted.elements
         if e.id in base.ids
         for spec, p in zip(e.spec.parameters, e.parameters, strict=True)
-        if spec.refinement and not p.fixed and p.value > 0.0
+        if spec.refinement and not p.fixed and p.value != 0.0
     ]
 
 
@@ -89,6 +90,30 @@ def far_as_given(traces: Sequence[Traces]) -> list[str]:
         f"the model as given is off by {gap:.3g} N rms where {force:.3g} N are measured: are its units, signs and "
         "machine those of the runs?"
     ]
+
+
+def beyond(traces: Sequence[Traces]) -> list[str]:
+    """A warning for each held-out run that reaches farther than all fitted ones and shows a gap that they do not."""
+    fitted = [t for t in traces if not t.held_out]
+    low, high, gap = _reach_and_gap(fitted)
+    notes = []
+    for t in traces:
+        least, most, own = _reach_and_gap([t])
+        farther = most - least > (1.0 + FORM.minor) * (high - low)
+        if t.held_out and farther and own > FORM.disproportionate * gap:
+            notes.append(
+                f"{t.record.name} (held out) moves from {1e3 * least:.3g} to {1e3 * most:.3g} mm, the fitted runs from "
+                f"{1e3 * low:.3g} to {1e3 * high:.3g} mm, and shows a gap of {own:.3g} N where they show {gap:.3g} N: "
+                "what acts there could not be learned; fit to that run too"
+            )
+    return notes
+
+
+def _reach_and_gap(traces: Sequence[Traces]) -> tuple[float, float, float]:
+    """Least and largest displacement, m, and what the last model leaves, N rms."""
+    x = np.concatenate([t.record.motion.x[t.record.window] for t in traces])
+    left = np.concatenate([t.record.measured - t.final for t in traces])
+    return float(np.min(x)), float(np.max(x)), float(np.sqrt(np.mean(left**2)))
 
 
 def elsewhere(train: Sequence[Record], held: Sequence[Record]) -> list[str]:

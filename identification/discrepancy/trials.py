@@ -154,11 +154,11 @@ def _with_limits(found: list[Trial], its: _Round, excluded: Collection[str]) -> 
 
     A signature promises little where no first value is near: a limit of the element that fits has its values.
     """
-    tried: set[str] = set()
+    tried, out = set[str](), {*excluded, *(e.name for e in its.start.model.elements)}
     while (chosen := choose(found)) is not None and chosen.name not in tried:
         tried.add(chosen.name)
         for name, growth in _limits_of(chosen.name):
-            limit = None if name in excluded else _fit_out_of(chosen, growth, name, its)
+            limit = None if name in out else _fit_out_of(chosen, growth, name, its)
             if limit is not None and limit.excess <= chosen.excess + CHANCE.slack:
                 found = [*(t for t in found if t.name != name), limit]
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 
@@ -10,10 +11,9 @@ import plotly.graph_objects as go
 
 from excitation.atomic import written_whole
 from identification.errors import OutputError
-from identification.studies.page_parts import STYLE, THEME, styled
+from identification.page_style import COLOURS, document, plots
+from identification.studies.page_parts import styled
 from identification.studies.service_range import Covered, Limits, Range, range_text, thinned
-
-_COLOURS = ("#d1495b", "#00798c", "#6a994e", "#7b2d8b", "#e0a800")
 
 
 def write_range(path: Path, found: Range) -> None:
@@ -24,18 +24,17 @@ def write_range(path: Path, found: Range) -> None:
 
 def range_html(found: Range) -> str:
     """The page as text."""
+    return document("Stroke and velocity", _parts(found))
+
+
+def _parts(found: Range) -> Iterator[str]:
     lines = "".join(f"<li>{escape(line)}</li>" for line in range_text(found).splitlines())
+    yield f"<h1>Service, training and rig</h1><ul>{lines}</ul>"
     # The limits of a rig may be a hundred times the motion, which a chart of its own shows.
-    figures = [chart(found, limits=False), chart(found)] if found.limits else [chart(found)]
-    plots = "".join(
-        figure.to_html(full_html=False, include_plotlyjs=k == 0, div_id=f"figure-{k}")
-        for k, figure in enumerate(figures)
-    )
-    return (
-        f"<!doctype html><html lang=en><meta charset=utf-8><title>Stroke and velocity</title><style>{STYLE}</style>"
-        f"<h1>Service, training and rig</h1><ul>{lines}</ul>{plots}"
+    yield from plots([chart(found, limits=False), chart(found)] if found.limits else [chart(found)])
+    yield (
         "<p class=note>Stroke is about the mean of each motion. A model is trusted inside what it was trained on: the "
-        f"training should contain the service, and the rig the training.</p>{THEME}</html>"
+        "training should contain the service, and the rig the training.</p>"
     )
 
 
@@ -43,11 +42,11 @@ def chart(found: Range, *, limits: bool = True) -> go.Figure:
     """Service and training as points with their hulls, and where asked for the limits as rectangles."""
     figure = go.Figure()
     for k, motion in enumerate((found.service, *found.trained)):
-        colour = _COLOURS[k % len(_COLOURS)]
+        colour = COLOURS[k % len(COLOURS)]
         name = f"service: {motion.name}" if k == 0 else f"trained on {motion.name}"
         _add_motion(figure, motion, name, colour)
     for k, one in enumerate(found.limits if limits else ()):
-        _add_limits(figure, one, _COLOURS[-1 - k % len(_COLOURS)])
+        _add_limits(figure, one, COLOURS[-1 - k % len(COLOURS)])
     figure.update_xaxes(title="stroke, mm")
     figure.update_yaxes(title="velocity, m/s")
     return styled(figure, "Stroke and velocity" + (", with the limits" if limits and found.limits else ""), 520)

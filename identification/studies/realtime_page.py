@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 
@@ -10,7 +11,8 @@ import plotly.graph_objects as go
 
 from excitation.atomic import written_whole
 from identification.errors import OutputError
-from identification.studies.page_parts import COLOURS, STYLE, THEME, styled
+from identification.page_style import COLOURS, document, plots
+from identification.studies.page_parts import styled
 from identification.studies.realtime import Realtime, realtime_text
 
 _POINTS = 4000  # of the steps; the slowest of each bin is drawn
@@ -26,17 +28,14 @@ def write_realtime(path: Path, found: Realtime) -> None:
 
 def realtime_html(found: Realtime) -> str:
     """The page as text."""
+    return document("Real time", _parts(found))
+
+
+def _parts(found: Realtime) -> Iterator[str]:
     lines = "".join(f"<li>{escape(line)}</li>" for line in realtime_text(found).splitlines())
-    figures = (durations(found), shares(found), *(after(found, *bad) for bad in _bad_inputs(found)))
-    plots = "".join(
-        figure.to_html(full_html=False, include_plotlyjs=k == 0, div_id=f"figure-{k}")
-        for k, figure in enumerate(figures)
-    )
-    return (
-        f"<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'>"
-        f"<title>Real time</title><style>{STYLE}</style><h1>Real time: {escape(found.name)}</h1><ul>{lines}</ul>{plots}"
-        f"<p class=note>Measured on the machine that made this page, beside whatever else it did.</p>{THEME}</html>"
-    )
+    yield f"<h1>Real time: {escape(found.name)}</h1><ul>{lines}</ul>"
+    yield from plots((durations(found), shares(found), *(after(found, *bad) for bad in _bad_inputs(found))))
+    yield "<p class=note>Measured on the machine that made this page, beside whatever else it did.</p>"
 
 
 def durations(found: Realtime) -> go.Figure:

@@ -222,7 +222,7 @@ def busy(tmp_path: Path, database_url: str, body: dict[str, Any], folder: Path) 
 
         def send() -> None:
             with httpx.Client(base_url=base, timeout=60) as client:
-                while not enough.is_set():
+                while not enough.wait(0.01):
                     answer = client.post("/v1/campaigns", json=rig)
                     assert answer.status_code == 201, answer.text
                     accepted.append(answer.json()["id"])
@@ -231,6 +231,7 @@ def busy(tmp_path: Path, database_url: str, body: dict[str, Any], folder: Path) 
         thread.start()
         try:
             while len(accepted) < 20:
+                thread.join(0.02)
                 assert thread.is_alive()
             yield service, accepted
         finally:

@@ -272,7 +272,7 @@ def test_a_test_runs_on_while_the_clock_of_its_store_jumps_and_a_second_service_
     with Database(postgresql_url) as database:
         set_clock = shift_server(database, database.engine.url.database or "")
         sine = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.005, "frequency": 4.0, "current": 0.5}
-        body = {"name": "x", "rig": rig, "specimen": "7", "tests": [{"name": "long", **sine, "cycles": 400}]}
+        body = {"name": "x", "rig": rig, "specimen": "7", "tests": [{"name": "long", **sine, "cycles": 300}]}
         with Child(["serve", "--port", "0"], tmp_path / "serve.log") as service:
             base = service.wait_until_ready()
             begun = post(base, body)["id"]
@@ -301,6 +301,7 @@ READERS_OF_THE_WALL_CLOCK = {
     "api/campaigns/play.py": "the date on which a calibration expires",
     "api/cli/laboratory.py": "the date on which a calibration expires",
     "api/cli/preparation.py": "the date on which a calibration expires, and the age of a tare",
+    "api/jobs/results.py": "the age in days of what an interrupted study has kept: after a jump it begins anew",
     "api/line/service_end.py": "when a worker was lost, to show it",
     "api/store/backup.py": "when a backup was made, to show it",
     "rigctl/foreign_files/imported.py": "when a table of a notebook became a run, to show it",

@@ -107,6 +107,7 @@ def test_without_descriptors_others_are_refused_in_one_line_and_a_stop_reaches_t
         ends = time.monotonic() + 60
         while state_of(rig) is not RigState.DISABLED:
             assert time.monotonic() < ends
+            time.sleep(0.02)
     served_again(service)
     assert until(service.url, running, ended)["reason"] == "a stop was requested over HTTP"
     assert post(service.url, campaign_of(rig, SHORT))["state"] == "accepted"

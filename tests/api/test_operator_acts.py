@@ -56,6 +56,7 @@ def latch(url: str) -> None:
         ends = time.monotonic() + 30
         while not reader.status(S).faults:
             assert time.monotonic() < ends
+            time.sleep(0.02)
 
 
 def test_a_rig_is_looked_at_stopped_and_reset_from_the_command_line(

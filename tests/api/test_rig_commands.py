@@ -221,6 +221,7 @@ def _until(true: Callable[[], bool], within_s: float = 90.0) -> None:
     ends = time.monotonic() + within_s
     while not true():
         assert time.monotonic() < ends
+        time.sleep(0.02)
 
 
 def test_a_rig_check_keeps_its_page_and_leaves_the_rig_disabled(road: Path, capsys: pytest.CaptureFixture[str]) -> None:

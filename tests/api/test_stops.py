@@ -66,6 +66,7 @@ def test_a_stop_reaches_the_rig_while_the_store_is_locked_and_the_record_follows
         ends = time.monotonic() + 60
         while state_of(rig) is not RigState.DISABLED:
             assert time.monotonic() < ends
+            time.sleep(0.02)
     stopped = until(base, running, ended)
     assert (stopped["state"], stopped["reason"]) == ("aborted", "a stop was requested over HTTP")
     assert rig_of(base, rig)["paused"] == "campaign 'check': a stop was requested over HTTP"

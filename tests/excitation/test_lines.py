@@ -53,6 +53,7 @@ def test_the_lines_that_are_given_are_those_that_carry_power() -> None:
         ([1.0, 1.0], "twice"),
         ([], "empty list"),
         ([-1e300], "is no line"),
+        ([1e308], "is no line"),
         ({"count": 1}, "count is 1"),
         ({"number": 3}, "number = 3 is not a known key: known are count, odd"),
         ("even", "lines is 'even'"),

@@ -633,3 +633,9 @@ def test_a_plan_that_was_read_with_its_samples_keeps_none_where_its_design_makes
     write_plan(tmp_path / "other.h5", replace(plan, tests=(replace(plan.tests[0], excitation=changed),)))
     [test] = read_plan(tmp_path / "other.h5").tests
     assert test.excitation.displacement_m.tobytes() == changed.displacement_m.tobytes()
+
+
+def test_a_speed_that_no_frequency_has_is_refused_with_the_test() -> None:
+    series = [{"amplitude": [0.005], "peak_velocity": [1e308]}]
+    with pytest.raises(DesignError, match=r"amplitude 0.005 m has a frequency of inf Hz"):
+        harmonic_plan({"sample_rate": 1000.0, "cycles": 5, "series": series})

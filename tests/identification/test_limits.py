@@ -19,7 +19,10 @@ LIMITS = [
     ("bouc_wen", {"alpha": 2e5, "A": 1.0, "n": 1.0, "beta": 0.0, "gamma": 2e3}, "presliding_friction"),
     ("presliding_friction", {"sigma": 1e9, "f_c": 60.0}, "coulomb_friction"),
     ("stribeck_friction", {"f_c": 60.0, "f_s": 60.0, "w_s": 0.05}, "coulomb_friction"),
+    ("aerated_oil", {"air": 1e-2, "f_half": 1e3}, "series_compliance"),
+    ("aerated_oil", {"air": 2e-3, "f_half": 0.05}, "free_play"),
 ]
+DASHPOT = element("viscous_damping", {"c": 100.0})
 
 
 def test_every_limit_is_tried_here() -> None:
@@ -36,6 +39,6 @@ def test_a_limit_starts_with_the_force_of_what_it_is_the_limit_of(
     scales = scales_of(records_with("coulomb_friction"), 50.0)
     limit = starts_out_of(fitted, name, growth, scales)[0]
     inputs = motion(2.0, 0.02)
-    wanted, has = (simulate(Model(name="m", elements=(e,)), inputs).force for e in (fitted, limit))
+    wanted, has = (simulate(Model(name="m", elements=(e, DASHPOT)), inputs).force for e in (fitted, limit))
     differ = np.abs(has - wanted) > 0.03 * np.max(np.abs(wanted))
     assert np.count_nonzero(differ) <= 0.03 * wanted.size  # at the reversals a bristle turns within a few samples

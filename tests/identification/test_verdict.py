@@ -12,7 +12,7 @@ from identification.discrepancy import verdict
 from identification.discrepancy.evidence import gather, main_doubt
 from identification.discrepancy.explanation import Traces
 from identification.discrepancy.holdout import hold_out
-from identification.discrepancy.notes import capped, elsewhere, far_as_given
+from identification.discrepancy.notes import beyond, capped, elsewhere, far_as_given
 from identification.discrepancy.verdict import _beyond_noise, _nearest, drop_doubtful
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import fit_records
@@ -142,3 +142,18 @@ def test_a_held_out_run_in_another_band_is_told() -> None:
     fast = replace(records[3], name="fast", motion=replace(records[3].motion, v=100.0 * records[3].motion.v))
     [said] = elsewhere(records, [fast])
     assert said.startswith("fast (held out) moves at about")
+
+
+@pytest.mark.parametrize(("stretched", "left", "is_told"), [(2.0, 50.0, True), (1.0, 50.0, False), (2.0, 5.0, False)])
+def test_a_held_out_run_that_shows_a_gap_where_no_fitted_one_has_been_is_told(
+    stretched: float, left: float, is_told: bool
+) -> None:
+    [record, *_] = records_with("none")
+    far = replace(record, name="far", motion=replace(record.motion, x=stretched * record.motion.x))
+
+    def trace(of: Record, gap: float, held_out: bool) -> Traces:
+        final = of.measured + gap
+        return Traces(record=of, as_given=final, refitted=final, final=final, held_out=held_out)
+
+    said = beyond([trace(record, 5.0, False), trace(far, left, True)])
+    assert [note.startswith("far (held out) moves from") for note in said] == [True] * is_told

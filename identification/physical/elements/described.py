@@ -39,7 +39,7 @@ def element_text(spec: ElementSpec) -> str:
             f"  {spec.equation}",
             *_table(rows).splitlines(),
             *([f"  needs {' and '.join(needs)}"] if needs else []),
-            *([] if spec.nameable else ["  is not named by explain: of the literature, by choice"]),
+            *([] if spec.nameable else ["  is not named by explain: for a base, fit and simulate, by choice"]),
             *([] if spec.alias is None else [f"  looks like {spec.alias.cause}: {spec.alias.test}"]),
             f'  in a model file: {{"element": "{spec.name}", "parameters": {{'
             + ", ".join(f'"{p.name}": …' for p in spec.parameters if p.default is None and p.constant is None)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
 
 from identification.criteria import FORM
 from identification.physical.elements.spec import (
@@ -12,11 +13,15 @@ from identification.physical.elements.spec import (
     Departure,
     ElementSpec,
     Family,
+    Growth,
     ParameterSpec,
     Remedy,
     Surroundings,
     Values,
 )
+
+if TYPE_CHECKING:
+    from identification.scales import Scales
 
 RIGID_STIFFNESS: Final = 3e7
 """Contact stiffness that free play meets when no bush stands beside it, N/m."""
@@ -34,6 +39,23 @@ def _gives_way(values: Values, around: Surroundings) -> bool:
     """Whether a joint without a bush gives way in its contact by many times its play: that is a compliance."""
     bushed = any(o.name == "series_compliance" for o in around.others)
     return not bushed and values["gap"] < FORM.play * around.force / RIGID_STIFFNESS
+
+
+def _is_play_or_spring(values: Values, around: Surroundings) -> bool:
+    """Whether the air is gone at forces far below those measured, or hardly compressed by them, or stands beside a
+    play: then it is how the halves of that joint meet."""
+    beside_play = any(o.name == "free_play" for o in around.others)
+    return beside_play or not FORM.play * around.force < values["f_half"] < FORM.disproportionate * around.force
+
+
+def _little_force(air: Values, _: Scales) -> Sequence[Values]:
+    """What air is to forces far below those that compress it by half."""
+    return [{"k": 2.0 * air["f_half"] / max(air["air"], TINY), "c": 0.0}]
+
+
+def _much_force(air: Values, _: Scales) -> Sequence[Values]:
+    """What air is to forces far beyond."""
+    return [{"gap": air["air"]}]
 
 
 ROWS: Final = (
@@ -55,12 +77,13 @@ ROWS: Final = (
         ),
         starts=lambda s: [{"k": s.force / (part * s.x_rms), "c": 0.0} for part in (0.005, 0.03, 0.15)],
         once=True,
+        limits_of=(Growth(of="aerated_oil", starts=_little_force),),
         alias=Alias("a frame or a fixture that yields", _BAR),
         departure=Departure(
-            of="free_play",
+            of=("free_play", "aerated_oil"),
             is_only=_as_stiff_as_steel,
             share=FORM.seat,
-            words=lambda v: f"the halves of the joint with play meet with {v['k']:.3g} N/m",
+            words=lambda v: f"what gives way beside it, such as the halves of a joint, has {v['k']:.3g} N/m",
         ),
     ),
     ElementSpec(
@@ -119,6 +142,7 @@ ROWS: Final = (
         ),
         starts=lambda s: [{"gap": part * s.x_rms} for part in (0.005, 0.03, 0.15)],
         once=True,
+        limits_of=(Growth(of="aerated_oil", starts=_much_force),),
         alias=Alias("play in the rig's own joints", _BAR),
         mistaken=_gives_way,
     ),
@@ -138,7 +162,11 @@ ROWS: Final = (
                 remedy=Remedy.SPEEDS,
             ),
         ),
-        nameable=False,  # it has a parameter more than a spring or a play, of which it is the passage
+        starts=lambda s: [
+            {"air": part * s.x_rms, "f_half": share * s.force}
+            for part, share in ((0.01, 0.2), (0.05, 0.2), (0.05, 0.5))
+        ],
         once=True,
+        mistaken=_is_play_or_spring,
     ),
 )

@@ -94,7 +94,7 @@ class Surroundings:
 class Departure:
     """The element is no effect of its own where it is only how a real `of` departs from the ideal one."""
 
-    of: str  # the other element
+    of: tuple[str, ...]  # the other element, or each that it may be
     is_only: Callable[[Values, Values], bool]  # whether own values and those of the other say so
     share: float = 0.0  # of what the other adds: an element that closes less is only its departure
     words: Callable[[Values], str]  # what a reader is told of it then

@@ -42,7 +42,8 @@ def _parts(found: Complexity) -> Iterator[str]:
         [
             html.escape(one.step), html.escape(one.element),
             f"{100.0 * one.uncertain:.3g} %" + (f" ({one.parameter})" if one.parameter else ""),
-            "–" if one.without is None else f"{100.0 * one.without:.3g} %", advice(one),
+            "–" if one.without is None else f"{100.0 * one.without:.3g} %",
+            f"<div style='white-space:normal;min-width:15em'>{html.escape(advice(one))}</div>",
         ]
         for one in found.indicators
     ]  # fmt: skip
@@ -51,7 +52,8 @@ def _parts(found: Complexity) -> Iterator[str]:
     head = _head(
         "model", "kind", "free parameters", "error", "cost of a simulated second", *map(html.escape, found.steps)
     )
-    yield table(head, [_row(rung, found) for rung in (*found.ladder, *found.beside)])
+    rungs = (*found.ladder, *found.beside)
+    yield table(head, [_row(number, rung, found) for number, rung in enumerate(rungs, start=1)])
     yield f"<p class=note>{_ON_LADDER}</p>"
     failed = [f"{r.label}: {r.why}" for r in (*found.ladder, *found.beside) if r.why]
     yield "<ul>" + "".join(f"<li>{html.escape(one)}</li>" for one in failed) + "</ul>"
@@ -62,10 +64,10 @@ def _head(*names: str) -> str:
     return "<tr>" + "".join(f"<th>{name}</th>" for name in names) + "</tr>"
 
 
-def _row(rung: Rung, found: Complexity) -> list[str]:
+def _row(number: int, rung: Rung, found: Complexity) -> list[str]:
     mark = " (knee)" if found.knee is not None and rung.label == found.knee.label else ""
     return [
-        html.escape(rung.label) + mark, rung.kind, "not stated" if rung.free is None else str(rung.free),
+        f"{number} · {html.escape(rung.label)}{mark}", rung.kind, "not stated" if rung.free is None else str(rung.free),
         "fails" if rung.rrmsse is None else f"{rung.rrmsse:.3g} %",
         "–" if rung.cost is None else f"{1e6 * rung.cost:.3g} µs",
         *("–" if one is None else f"{one:.4g}" for one in rung.outputs),
@@ -87,14 +89,18 @@ def worth(found: Complexity) -> go.Figure:
 
 
 def ladder(found: Complexity) -> go.Figure:
-    """Error over cost, the rungs joined, other models beside them."""
+    """Error over cost, the rungs joined, other models beside them; numbered as in the table."""
     figure = go.Figure()
+    first = 1
     for rungs, name, mode in ((found.ladder, "ladder", "lines+markers+text"), (found.beside, "beside", "markers+text")):
-        ran = [r for r in rungs if r.rrmsse is not None and r.cost is not None]
-        figure.add_scatter(
-            x=[1e6 * (r.cost or 0.0) for r in ran], y=[r.rrmsse for r in ran], text=[r.label for r in ran], name=name,
-            mode=mode, textposition="top center",
-        )  # fmt: skip
+        ran = [(n, r) for n, r in enumerate(rungs, start=first) if r.rrmsse is not None and r.cost is not None]
+        first += len(rungs)
+        if ran:
+            figure.add_scatter(
+                x=[1e6 * (r.cost or 0.0) for _, r in ran], y=[r.rrmsse for _, r in ran], text=[str(n) for n, _ in ran],
+                hovertext=[r.label for _, r in ran], name=name, mode=mode, textposition="top center",
+                line={"color": COLOURS[0]} if name == "ladder" else None, marker={"size": 9},
+            )  # fmt: skip
     figure.update_xaxes(title="cost of a simulated second, µs", type="log")
     figure.update_yaxes(title="error, %", type="log")
     return figure.update_layout(height=480, title="Error over cost", **LAYOUT)

@@ -34,6 +34,8 @@ _ON_EFFECTS = (
     "Rank correlation (Spearman, −1 … 1) over all samples of a parameter with the greatest deviation from the tests. "
     "Near 0: within this range the tests say little about the parameter through this figure alone."
 )
+# Clear in the middle, so that its numbers can be read in the ink of light and of dark pages.
+_SCALE = ((0.0, "rgba(209,73,91,.85)"), (0.5, "rgba(128,136,144,.08)"), (1.0, "rgba(26,143,143,.85)"))
 
 
 def write_explored(path: Path, found: Explored) -> None:
@@ -123,9 +125,7 @@ def bands(found: Explored) -> go.Figure:
     figure.update_xaxes(title="frequency, Hz", row=3, col=1)
     figure.update_yaxes(**_GRID)
     figure.update_yaxes(type="log", row=1, col=1)
-    return figure.update_layout(
-        height=900, title="Tests: measured (coloured) and all feasible samples (grey)", **LAYOUT
-    )
+    return figure.update_layout(height=900, title="Tests: measured, and feasible samples (grey)", **LAYOUT)
 
 
 def _rounded(amplitude_m: float) -> float:
@@ -160,15 +160,15 @@ def corner(found: Explored) -> go.Figure:
     for i, k in enumerate(chosen):
         figure.update_xaxes(title=found.names[k], row=n, col=i + 1)
         figure.update_yaxes(title=found.names[k] if i else "samples", row=i + 1, col=1)
-    title = "Parameters, as multiples of their start: feasible (coloured) and other samples (grey)"
+    title = "Parameters over their start: feasible, others grey"
     return figure.update_layout(height=max(320, 260 * n), title=title, **LAYOUT)
 
 
 def heat(correlations: Floats, names: tuple[str, ...]) -> go.Figure:
     """Rank correlation of the parameters within the feasible set."""
     cells = go.Heatmap(
-        z=correlations, x=names, y=names, zmin=-1.0, zmax=1.0, colorscale="RdBu", text=np.round(correlations, 2),
+        z=correlations, x=names, y=names, zmin=-1.0, zmax=1.0, colorscale=_SCALE, text=np.round(correlations, 2),
         texttemplate="%{text}",
     )  # fmt: skip
-    title = "Rank correlation within the feasible set: a pair near ±1 can stand in for each other"
+    title = "Rank correlation within the feasible set"
     return go.Figure(cells).update_layout(height=160 + 60 * len(names), title=title, **LAYOUT)

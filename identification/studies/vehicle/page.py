@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 
@@ -10,7 +11,8 @@ import plotly.graph_objects as go
 
 from excitation.atomic import written_whole
 from identification.errors import OutputError
-from identification.studies.page_parts import COLOURS, STYLE, THEME, styled
+from identification.page_style import COLOURS, document, plots, table
+from identification.studies.page_parts import styled
 from identification.studies.vehicle.answer import Curve, Study, cell, name_of
 
 _POINTS = 3000  # of a curve: a screen shows no more
@@ -24,39 +26,33 @@ def write_study(path: Path, study: Study, note: str = "") -> None:
 
 def study_html(study: Study, note: str = "") -> str:
     """The page as text; `note` is a sentence above the table."""
+    return document(study.title, _parts(study, note))
+
+
+def _parts(study: Study, note: str) -> Iterator[str]:
     colours = {one.label: COLOURS[k % len(COLOURS)] for k, one in enumerate(study.answers)}
-    titles = list(dict.fromkeys(curve.title for one in study.answers for curve in one.curves))
-    plots = [
-        _figure(study, title, colours).to_html(full_html=False, include_plotlyjs=k == 0, div_id=f"figure-{k}")
-        for k, title in enumerate(titles)
-    ]
-    notes = [f"<li>{escape(one.label)}: {escape(text)}</li>" for one in study.answers for text in one.notes]
-    return (
-        f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(study.title)}</title><style>{STYLE}</style>"
-        f"<h1>{escape(study.title)}</h1><p>{escape(study.setting)}</p>"
-        + (f"<p><b>{escape(note)}</b></p>" if note else "")
-        + _table(study, colours)
-        + (f"<ul>{''.join(notes)}</ul>" if notes else "")
-        + "".join(plots)
-        + THEME
-        + "</html>"
-    )
-
-
-def _table(study: Study, colours: dict[str, str]) -> str:
+    yield f"<h1>{escape(study.title)}</h1><p>{escape(study.setting)}</p>"
+    if note:
+        yield f"<p><b>{escape(note)}</b></p>"
     names = list(dict.fromkeys(figure.name for one in study.answers for figure in one.figures))
-    head = "".join(
-        f"<th><i class=dot style='background:{colours[one.label]}'></i>{escape(one.label)}</th>"
-        for one in study.answers
+    head = "".join(f"<th>{_dot(colours[one.label])}{escape(one.label)}</th>" for one in study.answers)
+    rows = [
+        [escape(name_of(study, name)), *(escape(cell(study, one, name)) for one in study.answers)] for name in names
+    ]
+    yield table(f"<tr><th></th>{head}</tr>", rows)
+    if len(study.answers) > 1:
+        yield "<p class=note>In brackets: the change against the first column.</p>"
+    notes = [f"<li>{escape(one.label)}: {escape(text)}</li>" for one in study.answers for text in one.notes]
+    yield f"<ul>{''.join(notes)}</ul>" if notes else ""
+    titles = dict.fromkeys(curve.title for one in study.answers for curve in one.curves)
+    yield from plots(_figure(study, title, colours) for title in titles)
+
+
+def _dot(colour: str) -> str:
+    return (
+        f"<i style='display:inline-block;width:.75em;height:.75em;border-radius:50%;margin-right:.45em;"
+        f"background:{colour}'></i>"
     )
-    rows = "".join(
-        f"<tr><td>{escape(name_of(study, name))}</td>"
-        + "".join(f"<td>{escape(cell(study, one, name))}</td>" for one in study.answers)
-        + "</tr>"
-        for name in names
-    )
-    several = "In brackets: the change against the first column." if len(study.answers) > 1 else ""
-    return f"<div class=scroll><table><tr><th></th>{head}</tr>{rows}</table></div><p class=note>{several}</p>"
 
 
 def _figure(study: Study, title: str, colours: dict[str, str]) -> go.Figure:
