@@ -51,8 +51,11 @@ def test_every_shipped_configuration_is_designed_and_made_again_to_the_last_bit(
 
 
 def test_every_example_that_is_no_envelope_names_its_command() -> None:
-    rest = {p.stem for p in EXAMPLES.glob("*.toml")} - {p.stem for p in CONFIGURATIONS}
-    assert rest == {"rig_25kn"}
+    def named(path: Path) -> bool:
+        lines = [line for line in path.read_text().splitlines() if line.startswith("#")]
+        return any("damper-rig design " in line and f"examples/{path.name}" in line for line in lines)
+
+    assert {p.stem for p in EXAMPLES.glob("*.toml") if not named(p)} == {"rig_25kn"}
 
 
 @pytest.mark.parametrize(

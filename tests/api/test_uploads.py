@@ -59,7 +59,8 @@ def database(tmp_path: Path) -> Iterator[Database]:
 
 
 def files_below(folder: Path) -> list[Path]:
-    return [path for path in folder.rglob("*") if path.is_file()]
+    """Those that are there while it looks: a folder may go meanwhile."""
+    return [Path(where) / name for where, _, names in os.walk(folder) for name in names]
 
 
 async def pieces(content: bytes, wait_s: float = 0.0) -> AsyncIterator[bytes]:
