@@ -69,8 +69,6 @@ def _do(given: dict[str, Any]) -> dict[str, Any]:
     folder = Path(given["folder"])
     folder.mkdir(parents=True, exist_ok=True)
     journal = Path(given["journal"]) if given["journal"] else None
-    if journal is not None:
-        journal.parent.mkdir(parents=True, exist_ok=True)
     with chosen(os.environ), kept(journal):
         return kind.run(task, folder, lambda done, text: _say({"done": done, "text": text}))
 

@@ -72,7 +72,8 @@ class Journal:
         self._path.unlink(missing_ok=True)
 
     def _opened(self) -> IO[bytes]:
-        """The file with its whole records, to append to."""
+        """The file with its whole records, to append to; its folder is made where there is none."""
+        self._path.parent.mkdir(parents=True, exist_ok=True)
         temporary = self._path.with_name(f"{self._path.name}.{os.getpid()}.tmp")
         temporary.write_bytes(self._head + b"".join(_record(k, v) for k, v in self._done.items()))
         temporary.replace(self._path)
