@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import re
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -24,6 +25,7 @@ __all__ = ["read_text"]
 
 _START: Final = 1 << 18  # bytes in which headings and layout are sought
 _TAIL: Final = 1 << 16
+_PIECE: Final = 32 << 20  # bytes that are read at once: eight blocks keep all processors busy
 _ROOM: Final = 1.05  # of the rows that the first ones let expect: lines become longer
 _NULLS: Final = ["", " ", "nan", "NaN", "NAN", "NA", "N/A", "n/a", "null", "NULL", "-", "--", "#N/A", "1.#QNAN", "None"]
 
@@ -122,22 +124,84 @@ def _columns(
 
     wanted = list(dict.fromkeys(indices))
     columns = {k: _Times() if layout.heads[k].stamps else _Numbers() for k in wanted}
-    row_share, rows = 0.0, 0  # of the file, that a row is
+    plain = _as_it_is(layout, most)
+    batches = _batches_of_pieces(path, layout, wanted) if plain else _batches_of_body(path, layout, most, wanted)
     try:
-        with (
-            _stream(path, layout, most) as stream,
-            _reader(stream, layout, wanted, skip=_as_it_is(layout, most)) as reader,
-        ):
-            for batch in reader:
-                rows += batch.num_rows
-                row_share = row_share or BLOCK / max(rows, 1) / path.stat().st_size
-                share = min(1.0, rows * row_share)
+        with ThreadPoolExecutor(1) as keeper:  # a block is copied while the next one is read
+            last: Future[None] | None = None
+            for share, batch in batches:
                 tell(share)
-                for k, piece in zip(wanted, batch.columns, strict=True):
-                    columns[k].add(piece, share)
+                if last is not None:
+                    last.result()
+                last = keeper.submit(_keep, [columns[k] for k in wanted], batch, share)
+            if last is not None:
+                last.result()
     except pa.ArrowInvalid as error:
         raise _reason(path, layout, indices, error) from error
     return {k: column.whole() for k, column in columns.items()}
+
+
+def _keep(columns: Sequence[_Numbers | _Times], batch: Any, share: float) -> None:
+    """Any: a block of rows of Arrow."""
+    for column, piece in zip(columns, batch.columns, strict=True):
+        column.add(piece, share)
+
+
+def _batches_of_pieces(path: Path, layout: Layout, wanted: Sequence[int]) -> Iterator[tuple[float, Any]]:
+    """The rows of a file that Arrow can read as it is, and the share of it up to their end.
+
+    A piece is read on all processors: Arrow's reader of a stream converts one block after the other, which takes half
+    as long again. Any: a table of Arrow.
+    """
+    import pyarrow as pa
+    from pyarrow import csv
+
+    size, done, first = max(path.stat().st_size, 1), 0, layout.first
+    for piece in _pieces(path):
+        if first or bytes(piece[:BLOCK]).strip() or bytes(piece).strip():
+            table = csv.read_csv(pa.BufferReader(piece), *_options(layout, wanted, skip=first))
+            rows = 0
+            for batch in table.to_batches():
+                rows += batch.num_rows
+                yield min(1.0, (done + len(piece) * rows / table.num_rows) / size), batch
+        done, first = done + len(piece), 0
+
+
+def _pieces(path: Path) -> Iterator[memoryview]:
+    """The bytes of a file in pieces of whole lines, each until the next is asked for; a line that is longer than a
+    piece is cut, which no reader takes."""
+    bytes_ = bytearray(_PIECE)
+    room = memoryview(bytes_)
+    with path.open("rb", buffering=0) as file:
+        held = 0
+        while read := file.readinto(room[held:]):
+            filled = held + read
+            end = bytes_.rfind(b"\n", 0, filled) + 1 or (filled if filled == len(room) else 0)
+            if end:
+                yield room[:end]
+            room[: filled - end] = room[end:filled]
+            held = filled - end
+        if held:
+            yield room[:held]
+
+
+def _batches_of_body(
+    path: Path, layout: Layout, most: int | None, wanted: Sequence[int]
+) -> Iterator[tuple[float, Any]]:
+    """The same of a file whose text is put right first."""
+    import pyarrow as pa
+    from pyarrow import csv
+
+    read, parse, convert = _options(layout, wanted, skip=0)
+    row_share, rows = 0.0, 0  # of the file, that a row is
+    with (
+        pa.PythonFile(TextBody(path, layout, most), "r") as stream,
+        csv.open_csv(stream, read, parse, convert) as reader,
+    ):
+        for batch in reader:
+            rows += batch.num_rows
+            row_share = row_share or BLOCK / max(rows, 1) / path.stat().st_size
+            yield min(1.0, rows * row_share), batch
 
 
 def _as_it_is(layout: Layout, most: int | None) -> bool:
@@ -146,27 +210,19 @@ def _as_it_is(layout: Layout, most: int | None) -> bool:
     return most is None and plain and "16" not in layout.encoding
 
 
-def _stream(path: Path, layout: Layout, most: int | None) -> Any:
-    """Any: a stream of Arrow, which has no types."""
-    import pyarrow as pa
-
-    return pa.OSFile(str(path)) if _as_it_is(layout, most) else pa.PythonFile(TextBody(path, layout, most), "r")
-
-
-def _reader(stream: Any, layout: Layout, wanted: Sequence[int], *, skip: bool) -> Any:
-    """The wanted columns in their order, block by block. Any: Arrow's reader."""
+def _options(layout: Layout, wanted: Sequence[int], *, skip: int) -> tuple[Any, Any, Any]:
+    """How Arrow reads, parses and converts the wanted columns, in their order. Any: Arrow has no types."""
     import pyarrow as pa
     from pyarrow import csv
 
-    return csv.open_csv(
-        stream,
-        read_options=csv.ReadOptions(
+    return (
+        csv.ReadOptions(
             column_names=[str(k) for k in range(len(layout.heads))],
             block_size=BLOCK,
-            skip_rows=layout.first if skip else 0,
+            skip_rows=skip,
         ),
-        parse_options=csv.ParseOptions(delimiter=layout.delimiter),
-        convert_options=csv.ConvertOptions(
+        csv.ParseOptions(delimiter=layout.delimiter),
+        csv.ConvertOptions(
             column_types={str(k): pa.string() if layout.heads[k].stamps else pa.float64() for k in wanted},
             include_columns=[str(k) for k in wanted],
             decimal_point=layout.decimal,

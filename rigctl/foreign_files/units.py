@@ -89,6 +89,30 @@ _ONLY: Final[Mapping[str, Mapping[str, str]]] = {
 }
 
 
+# What nearly every file holds, as quantity and factor: pint takes half a second to start, and agrees (tests).
+_USUAL: Final[Mapping[str, tuple[str, float]]] = {
+    "s": ("time", 1.0),
+    "ms": ("time", 1e-3),
+    "us": ("time", 1e-6),
+    "m": ("length", 1.0),
+    "mm": ("length", 1e-3),
+    "um": ("length", 1e-6),
+    "cm": ("length", 1e-2),
+    "m/s": ("velocity", 1.0),
+    "mm/s": ("velocity", 1e-3),
+    "m/s**2": ("acceleration", 1.0),
+    "N": ("force", 1.0),
+    "kN": ("force", 1e3),
+    "A": ("current", 1.0),
+    "mA": ("current", 1e-3),
+    "degC": ("temperature", 1.0),
+    "V": ("voltage", 1.0),
+    "mV": ("voltage", 1e-3),
+    "Hz": ("frequency", 1.0),
+    "Pa": ("pressure", 1.0),
+}
+
+
 class Scale(tuple[float, float]):
     """Factor and offset of a linear conversion."""
 
@@ -187,6 +211,14 @@ def _known_to_pint(text: str) -> bool:
 
 @lru_cache(maxsize=256)
 def _linear(expression: str, wanted: str) -> tuple[float, float] | None:
+    """Factor and offset from one unit to another; None where they are of two quantities."""
+    if expression in _USUAL and wanted in _USUAL:
+        (quantity, factor), (due, unit) = _USUAL[expression], _USUAL[wanted]
+        return (factor / unit, 0.0) if quantity == due else None
+    return _linear_by_pint(expression, wanted)
+
+
+def _linear_by_pint(expression: str, wanted: str) -> tuple[float, float] | None:
     import pint
 
     ureg = _registry()
