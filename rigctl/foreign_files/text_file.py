@@ -25,7 +25,7 @@ __all__ = ["read_text"]
 
 _START: Final = 1 << 18  # bytes in which headings and layout are sought
 _TAIL: Final = 1 << 16
-_PIECE: Final = 32 << 20  # bytes that are read at once: eight blocks keep all processors busy
+PIECE: Final = 32 << 20  # bytes that are read at once: eight blocks keep all processors busy
 _ROOM: Final = 1.05  # of the rows that the first ones let expect: lines become longer
 _NULLS: Final = ["", " ", "nan", "NaN", "NAN", "NA", "N/A", "n/a", "null", "NULL", "-", "--", "#N/A", "1.#QNAN", "None"]
 
@@ -170,7 +170,7 @@ def _batches_of_pieces(path: Path, layout: Layout, wanted: Sequence[int]) -> Ite
 def _pieces(path: Path) -> Iterator[memoryview]:
     """The bytes of a file in pieces of whole lines, each until the next is asked for; a line that is longer than a
     piece is cut, which no reader takes."""
-    bytes_ = bytearray(_PIECE)
+    bytes_ = bytearray(PIECE)
     room = memoryview(bytes_)
     with path.open("rb", buffering=0) as file:
         held = 0

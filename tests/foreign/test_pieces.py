@@ -36,13 +36,13 @@ def test_the_size_of_a_piece_changes_nothing(
     path.write_bytes(text.encode())
     with pytest.MonkeyPatch.context() as patched:
         at_once = taken(path)
-        patched.setattr(text_file, "_PIECE", room)
+        patched.setattr(text_file, "PIECE", room)
         np.testing.assert_array_equal(taken(path), at_once)
 
 
 def test_a_line_that_is_longer_than_a_piece_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "run.csv"
     path.write_text(f"{HEAD}0.003,{'1' * 200}\n")
-    monkeypatch.setattr(text_file, "_PIECE", 64)
+    monkeypatch.setattr(text_file, "PIECE", 64)
     with pytest.raises(ForeignFileError):
         taken(path)
