@@ -144,9 +144,15 @@ def test_a_plain_plc_plays_a_plan_by_the_lines_of_the_page(place: Place) -> None
     (place.folder / "plan.toml").write_text(
         "[[tests]]\n" + "\n".join(f"{key} = {value!r}" for key, value in sine.items()), encoding="utf-8"
     )
-    with listening(place.folder, *sim.replace(":5021", ":0").split()[1:]) as url:
-        with_the_rig_that_listens(place.folder, "examples/rigs/plc_streamed.toml", url)
-        place.does(run.replace("-o runs", "-o plc"))
+    for attempt in range(5):
+        with listening(place.folder, *sim.replace(":5021", ":0").split()[1:]) as url:
+            with_the_rig_that_listens(place.folder, "examples/rigs/plc_streamed.toml", url)
+            try:
+                place.does(run.replace("-o runs", "-o plc"))
+                break
+            except AssertionError as said:  # a busy computer stops the rig, in words: a new controller, and again
+                if "ticks of the controller were missed" not in str(said) or attempt == 4:
+                    raise
     assert len(list((place.folder / "plc").glob("*.h5"))) == 1
 
 
