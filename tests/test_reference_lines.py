@@ -153,7 +153,8 @@ def test_a_plain_plc_plays_a_plan_by_the_lines_of_the_page(place: Place) -> None
             except AssertionError as said:  # a busy computer stops the rig, in words: a new controller, and again
                 if "ticks of the controller were missed" not in str(said) or attempt == 4:
                     raise
-    assert len(list((place.folder / "plc").glob("*.h5"))) == 1
+    ended = [read_run(path).status for path in (place.folder / "plc").glob("*.h5")]
+    assert ended.count("complete") == 1  # an attempt that was stopped keeps what it measured
 
 
 def of_controllers() -> list[str]:
