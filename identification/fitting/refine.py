@@ -16,14 +16,19 @@ from identification.scales import scales_of
 def refine_curve(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     """The fit with the finer shape of one element free, where it has one and the data show it; else as it is.
 
-    Then the same with its gain on the current: how large the effect is may follow the current as the base does.
+    The same with its gain on the current: how large the effect is may follow the current as the base does. Of the two
+    the one that explains more comes first.
     """
-    own = fit.model.elements[index]
-    shape = [k for k, s in enumerate(own.spec.parameters) if s.refinement and not s.gain]
-    if shape:
-        fit = _freed(fit, index, shape, _start({own.spec.parameters[k].unit for k in shape}, records, fit.rms), records)
-    gains = [k for k, s in enumerate(own.spec.parameters) if s.refinement and s.gain]
-    return _freed(fit, index, gains, Parameter(value=0.0), records) if any(r.has_current for r in records) else fit
+    specs = fit.model.elements[index].spec.parameters
+    shape = [k for k, s in enumerate(specs) if s.refinement and not s.gain]
+    gains = [k for k, s in enumerate(specs) if s.refinement and s.gain and any(r.has_current for r in records)]
+    ways = {tuple(shape): _start({specs[k].unit for k in shape}, records, fit.rms), tuple(gains): Parameter(value=0.0)}
+    while ways:
+        finer = {numbers: _freed(fit, index, numbers, free, records) for numbers, free in ways.items()}
+        best = min(finer, key=lambda numbers: finer[numbers].chi2)
+        fit = finer[best]
+        del ways[best]
+    return fit
 
 
 def _freed(fit: Fit, index: int, numbers: Sequence[int], free: Parameter, records: Sequence[Record]) -> Fit:
@@ -65,7 +70,12 @@ def with_shapes_of(model: Model, fitted: Model) -> Model:
 
 
 def _start(units: set[str], records: Sequence[Record], gap: float) -> Parameter:
-    """First value and limits of a build-up: at zero its gradient vanishes, and a step that lands there would stay."""
+    """First value and limits of a build-up: at zero its gradient vanishes, and a step that lands there would stay.
+
+    A share has a gradient there.
+    """
+    if units == {"–"}:
+        return Parameter(value=0.0)
     scales = scales_of(records, gap)
     scale = scales.speeds[0] if units == {"m/s"} else FORM.minor * scales.x_rms
     return Parameter(value=BUDGET.build_up * scale, low=CHANCE.visible * scale, high=FORM.disproportionate * scale)

@@ -24,7 +24,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "rebound_compression_damping": {"c_r": 2000, "w_r": 0.1, "c_c": 800, "w_c": 0.15, "share": 0.2},
     "hydraulic_bump_stop": {"q": 4e4, "z_max": 0.004},
     "relief_valve": {"c_drop": 200, "w_knee": 0.1},
-    "damping_asymmetry": {"c_a": 100, "c_a_control": 40},
+    "damping_asymmetry": {"c_a": 100, "c_a_control": 40, "share": 0.3},
     "tanh_hysteresis": {"alpha": 80, "alpha_control": 10, "beta": 30, "delta": 0.3, "z_r": 0.002},
     "eddy_current_damping": {"f_peak": 150, "w_peak": 0.15},
     "shim_stack_damping": {"q": 1.5e4, "f_open": 60, "c_shim": 1200, "f_blow": 220, "c_blow": 2000},
