@@ -228,7 +228,9 @@ def add_name(
 ) -> Search:
     """Add the name that was chosen among the trials, and revise the earlier ones beside it; see `improve_once`."""
     improved = _refine_curves(_append_name(state, chosen, found), records)
-    return (revise or revise_names)(improved, records) if len(improved.names) > 1 else improved
+    if len(improved.names) == 1:
+        return improved
+    return _refine_curves((revise or revise_names)(improved, records), records)
 
 
 def _refine_curves(state: Search, records: Sequence[Record]) -> Search:

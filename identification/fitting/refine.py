@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 from identification.criteria import BUDGET, CHANCE, FORM
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
+from identification.physical.elements import ParameterSpec
 from identification.physical.model import Model, Parameter
 from identification.record import Record
 from identification.scales import scales_of
@@ -32,25 +34,36 @@ def refine_curve(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
 
 
 def _freed(fit: Fit, index: int, numbers: Sequence[int], free: Parameter, records: Sequence[Record]) -> Fit:
-    """The fit with some parameters of one element free, where it is clearly the better."""
+    """The fit with some parameters of one element free, where it is clearly the better.
+
+    What else of its finer shape is free goes where these alone fit as well: it was freed when the model lacked more.
+    """
     own = fit.model.elements[index]
     finer = [k for k in numbers if own.parameters[k].fixed]
     excess = fit.chi2 - fit.samples
     if not finer or excess < CHANCE.at_noise * fit.samples:
         return fit
-    parameters = tuple(free if k in finer else p for k, p in enumerate(own.parameters))
+    beside = tuple(free if k in finer else p for k, p in enumerate(own.parameters))
+    alone = tuple(_neutral(s) if s.refinement and k not in finer else p
+                  for k, (s, p) in enumerate(zip(own.spec.parameters, beside, strict=True)))  # fmt: skip
+    shaped = [_refitted(fit, index, parameters, records) for parameters in dict.fromkeys((alone, beside))]
+    least = min(s.chi2 for s in shaped)
+    best = next(s for s in shaped if s.chi2 <= least + CHANCE.slack)
+    return best if best.chi2 < fit.chi2 - max(CHANCE.slack, FORM.helps * excess) else fit
+
+
+def _neutral(spec: ParameterSpec) -> Parameter:
+    return Parameter(value=spec.default or 0.0, fixed=True)
+
+
+def _refitted(fit: Fit, index: int, parameters: tuple[Parameter, ...], records: Sequence[Record]) -> Fit:
+    """The fit with other parameters of one element; as it is where the model can't run with them."""
     elements = list(fit.model.elements)
-    elements[index] = replace(own, parameters=parameters)
-    try:
-        shaped = fit_records(
-            replace(fit.model, elements=tuple(elements)),
-            records,
-            max_iterations=BUDGET.fit_iterations,
-            tolerance=BUDGET.flat,
-        )
-    except SimulationError:
-        return fit
-    return shaped if shaped.chi2 < fit.chi2 - max(CHANCE.slack, FORM.helps * excess) else fit
+    elements[index] = replace(elements[index], parameters=parameters)
+    model = replace(fit.model, elements=tuple(elements))
+    with suppress(SimulationError):
+        return fit_records(model, records, max_iterations=BUDGET.fit_iterations, tolerance=BUDGET.flat)
+    return fit
 
 
 def refine_curves(fit: Fit, records: Sequence[Record]) -> Fit:

@@ -71,10 +71,12 @@ ROWS: Final = (
         name="end_stop",
         family=Family.SPRING,
         title="end stop",
-        equation="f = k·max(0, z − z_max) − k·max(0, −z_max − z)",
+        equation="f = k·(1 + side)·max(0, z − z_max) − k·(1 − side)·max(0, −z_max − z)",
         parameters=(
             ParameterSpec("k", "N/m", remedy=Remedy.FREQUENCY),
             ParameterSpec("z_max", "m", limits=lambda s: (0.05 * s.x_max, s.x_max), remedy=Remedy.STROKE),
+            # Of most machines one end has the harder stop, or alone has one: 1 in extension, −1 in compression.
+            ParameterSpec("side", "–", -1.0, high=1.0, default=0.0, refinement=True, bound_is_meant=True),
         ),
         starts=lambda s: [{"k": s.force / s.x_max, "z_max": part * s.x_max} for part in (0.45, 0.65, 0.85)],
         linear_in_velocity=True,
