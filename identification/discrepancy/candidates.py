@@ -53,7 +53,7 @@ def admissible(model: Model, records: Sequence[Record], scales: Scales) -> list[
     """Names that might be added to `model` and that these records could show at all.
 
     Left out: what the model has, what acts on a current or a temperature that does not vary, and a constant force
-    beside a free one, which is the same thing; on top of a foreign simulation all that changes its inside. Elements
+    beside a free one or a free preload, which is the same thing; on top of a foreign simulation all that changes its inside. Elements
     that are found in another way, such as a tone, have no first values here.
     """
     foreign = any(r.simulated is not None for r in records)  # whose inside nobody can reach
@@ -81,4 +81,4 @@ def _temperature_varies(records: Sequence[Record]) -> bool:
 
 
 def _free_constant(model: Model) -> bool:
-    return any(e.spec.parameters[k].outside and not e.parameters[k].fixed for e, k in model.slots())
+    return any((p := e.spec.parameters[k]).outside or p.preload for e, k in model.slots() if not e.parameters[k].fixed)

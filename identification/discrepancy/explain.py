@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.criteria import BUDGET, CHANCE
+from identification.criteria import BUDGET, CHANCE, FORM
 from identification.datachecks import findings_in
 from identification.discrepancy.candidates import remove_limits
 from identification.discrepancy.distortion import distortion_of
@@ -43,6 +43,7 @@ from identification.motion_noise import with_motion_noise
 from identification.physical.elements import CATALOGUE, TONE
 from identification.physical.model import Model, name_of
 from identification.physical.predict import predict
+from identification.quieter import quieter
 from identification.record import Record, compact, noise_without, same_load_cell
 from identification.share import fair_shares
 from rigctl.runfile import Run
@@ -78,7 +79,15 @@ def explain(
     model, train, held = prepared(model, runs, held_out)
     report("fitting the model as given", 0.05)
     base = fit_records(model, [compact(r) for r in train])
+    train, held = ([quieter(r, base.model) for r in rs] for rs in (train, held))
+    base = fit_records(model, [compact(r) for r in train])
     result = _search(model, base, _find_hum(base.model, train), train, held, report)
+    less = [[quieter(r, result.found.fit.model) for r in rs] for rs in (train, held)]
+    if result.names and _is_much_quieter(less[0], train):
+        report("the named effects were part of what was taken for noise: repeating the search", 0.5)
+        train, held = less
+        base = fit_records(model, [compact(r) for r in train])
+        result = _search(model, base, result.hum, train, held, lambda text, done: report(text, max(done, 0.5)))
     if result.hum is not None and result.found.names and _find_hum(result.found.fit.model, result.train) is None:
         report("the hum was part of a named effect: repeating the search without it", 0.5)
         result = _search(model, base, None, train, held, lambda text, done: report(text, max(done, 0.5)))
@@ -87,6 +96,11 @@ def explain(
     every = [*runs, *(held_out or ())]
     found = _conclude(model, result, odd, findings_in(every), report)
     return replace(found, distortion=distortion_of(every, found.traces))
+
+
+def _is_much_quieter(now: Sequence[Record], before: Sequence[Record]) -> bool:
+    """Whether the noise of a record turned out to be less than it was taken for, by more than its estimate scatters."""
+    return any(r.sigma < (1.0 - FORM.minor) * q.sigma for r, q in zip(now, before, strict=True))
 
 
 def _without_odd_run(

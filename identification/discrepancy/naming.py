@@ -303,6 +303,8 @@ def repeat_trials(
     if rest is None:
         return state
     form = FORM.tolerance**2 * contribution(state.fit.model, name, records)
+    if _is_preload_of(state.fit.model, name):  # which then only makes up for what the form of the other leaves
+        form = max(form, FORM.helps * state.base_excess)
     if excess_of(rest) <= state.excess + form + CHANCE.slack:
         return _drop(state, name, rest)
     beside_friction = any(e.spec.friction for e in _named(state) if e.id != name)
@@ -321,6 +323,12 @@ def repeat_trials(
     if best is None or best.id == name or not _is_better(best, name, found, state):
         return state
     return _swap(state, name, best, _comparison(rest, others, found))
+
+
+def _is_preload_of(model: Model, name: str) -> bool:
+    """Whether an element, by its id, is a constant force beside another that has one as its preload."""
+    others = [p for e in model.elements if e.id != name for p in e.spec.parameters]
+    return model.element(name).spec.constant_force and any(p.preload for p in others)
 
 
 def _replace_stuck(own: Trial, state: Search, rest: Fit, records: Sequence[Record]) -> Trial:

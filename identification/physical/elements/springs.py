@@ -42,7 +42,7 @@ ROWS: Final = (
         title="gas spring",
         equation="f = −f0·(1 + z/length)^(−n)",
         parameters=(
-            ParameterSpec("f0", "N"),
+            ParameterSpec("f0", "N", preload=True),
             ParameterSpec("length", "m", TINY, limits=lambda s: (1.02 * s.x_max, 30.0 * s.x_max), remedy=Remedy.STROKE),
             ParameterSpec(
                 "n", "–", TINY, high=5.0, bound_is_meant=True, limits=lambda s: (0.5, 3.0), remedy=Remedy.STROKE
@@ -58,7 +58,7 @@ ROWS: Final = (
         title="gas spring whose pressure follows the temperature",
         equation="f = −f0·(T + 273.15)/(T_ref + 273.15)·(1 + z/length)^(−n)",
         parameters=(
-            ParameterSpec("f0", "N", remedy=Remedy.STROKE),
+            ParameterSpec("f0", "N", preload=True, remedy=Remedy.STROKE),
             ParameterSpec("length", "m", TINY, remedy=Remedy.STROKE),
             ParameterSpec("n", "–", TINY, high=5.0, bound_is_meant=True, remedy=Remedy.STROKE),
             ParameterSpec("T_ref", "°C", -273.0, constant=25.0),
