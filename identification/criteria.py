@@ -167,11 +167,6 @@ class Budget:
     """Samples of all records together beyond which a search uses a piece of each record without a period. With 16 000,
     52 machines took 1.1 times the processor time, and 68 instead of 70 of 75 names were right."""
 
-    samples_a_cycle: float = 100.0
-    """Samples that a motion without a period keeps in a cycle as quick as its fastest turn, where all records together
-    are too long: a sine then moves by 0.05 % of its stroke in the sample at its turn, below the travel in which a
-    friction builds up. Every further one costs time alone."""
-
     odd_share: float = 0.5
     """Share of what the names leave that one run must hold to be tried as the odd one of its set. It is left out only
     where the names then explain all others."""

@@ -14,6 +14,9 @@ from identification.record import Record, Window, is_steady
 
 Floats = NDArray[np.float64]
 
+# Samples that a thinned motion keeps in a cycle as quick as its fastest turn: a sine then moves by 0.05 % of its stroke
+# in the sample at its turn, below the travel in which a friction builds up. Every further one costs time alone.
+_A_CYCLE = 100.0
 _SERIES = ("x", "v", "a", "i", "temperature", "t")
 
 
@@ -37,7 +40,7 @@ def _share(records: Sequence[Record]) -> float:
 
 
 def _thinned(record: Record, residual: Floats) -> tuple[Record, Floats]:
-    """Every k-th sample of a record and of its residual, with `BUDGET.samples_a_cycle` in a cycle of the motion still.
+    """Every k-th sample of a record and of its residual, with 100 in a cycle of the motion still.
 
     A current that varies needs every sample: a step between two of them would be a lag.
     """
@@ -57,7 +60,7 @@ def _thinned(record: Record, residual: Floats) -> tuple[Record, Floats]:
 def _stride(motion: Motion) -> int:
     """Samples of a motion for one that it needs: a cycle as quick as its fastest turn has 2π·max abs(v)/max abs(a)."""
     cycle = 2.0 * np.pi * float(np.max(np.abs(motion.v))) / max(float(np.max(np.abs(motion.a))), 1e-300)
-    return max(1, int(cycle / motion.dt / BUDGET.samples_a_cycle))
+    return max(1, int(cycle / motion.dt / _A_CYCLE))
 
 
 def _as_slice(at: NDArray[np.int64]) -> Window:
