@@ -92,7 +92,7 @@ def search_from(
     swapped = False
     been = [s for other in others for s in (other, *(before for before, _ in steps(other)))]
     while not state.full and gap_remains(state, records):
-        if any(_is_at(state, other) for other in been):
+        if any(_is_at(state, other) for other in been) or _leads_nowhere(state):
             break
         report(f"{len(state.names)} named so far, the gap is {_ratio_to_noise(state):.1f} × the noise of a mean period")
         improved = improve_once(state, records)
@@ -104,6 +104,12 @@ def search_from(
             break
         state = improved
     return _beside_form(state, records) if state.names and not gap_remains(state, records) else state
+
+
+def _leads_nowhere(state: Search) -> bool:
+    """Whether the two latest names each closed a minor part of what was left: such names are not believed either."""
+    closed = [1.0 - m.excess_after / max(m.excess_before, 1e-300) for m in state.moves if m.kind == "add"][-2:]
+    return len(closed) > 1 and max(closed) < FORM.minor
 
 
 def _beside_form(state: Search, records: Sequence[Record]) -> Search:
