@@ -184,6 +184,15 @@ def drop_needless(state: Search, records: Sequence[Record]) -> Search:
     return state
 
 
+def drop_preloads(state: Search, records: Sequence[Record]) -> Search:
+    """Remove the name of a constant force beside a preload, where the others close as much to within a small share."""
+    for name in state.names:
+        rest = fit_without(state.fit, name, records) if _is_preload_of(state.fit.model, name) else None
+        if rest is not None and excess_of(rest) <= state.excess + FORM.helps * state.base_excess:
+            state = _drop(state, name, rest)
+    return state
+
+
 def improve_once(state: Search, records: Sequence[Record], revise: Revise | None = None) -> Search | None:
     """Add the best further name; None where none closes enough.
 

@@ -8,7 +8,15 @@ from dataclasses import replace
 from identification.criteria import FORM
 from identification.discrepancy.evidence import Evidence
 from identification.discrepancy.excess import is_seen
-from identification.discrepancy.naming import Compared, Search, drop_departures, fit_without, gap_remains, steps
+from identification.discrepancy.naming import (
+    Compared,
+    Search,
+    drop_departures,
+    drop_preloads,
+    fit_without,
+    gap_remains,
+    steps,
+)
 from identification.discrepancy.search import search
 from identification.discrepancy.verdict import drop_doubtful
 from identification.fitting.leastsquares import Fit
@@ -42,7 +50,8 @@ def search_in_passes(
             break
         withheld = list({e.name: e for e in (*withheld, *doubtful)}.values())
         if latest:
-            found, evidence = _together(found, more, records), [*evidence, *new]
+            found = _together(found, more, records)
+            evidence = [e for e in (*evidence, *new) if e.name in found.names]
     return found, evidence, [e for e in withheld if e.name not in found.names], within
 
 
@@ -78,7 +87,7 @@ def _judged(found: Search, records: Sequence[Record], held_out: Sequence[Record]
 def _together(found: Search, more: Search, records: Sequence[Record]) -> Search:
     """One search that has found the names of two, of which the second had the first ones in its base."""
     earlier = {n: _beside(found.compared[n], more.fit, n, records) for n in found.names}
-    return replace(
+    both = replace(
         more,
         names=(*found.names, *more.names),
         given=found.given,
@@ -87,6 +96,7 @@ def _together(found: Search, more: Search, records: Sequence[Record]) -> Search:
         moves=(*found.moves, *more.moves),
         compared={**more.compared, **earlier},
     )
+    return drop_preloads(both, records)
 
 
 def _beside(compared: Compared, fit: Fit, name: str, records: Sequence[Record]) -> Compared:

@@ -54,9 +54,9 @@ def _first_order_loop(bouc_wen: Values, _: Scales) -> Sequence[Values]:
     """Bouc–Wen hysteresis with n = 1 and without beta: at the same stiffness, it saturates at the same force."""
     sigma, n = bouc_wen["alpha"] * bouc_wen["A"], bouc_wen["n"]
     lost = bouc_wen["gamma"] + bouc_wen["beta"]
-    return (
-        [{"sigma": sigma, "f_c": bouc_wen["alpha"] * float((bouc_wen["A"] / lost) ** (1.0 / n))}] if lost > 0.0 else []
-    )
+    if sigma <= 0.0 or lost <= 0.0:
+        return []
+    return [{"sigma": sigma, "f_c": bouc_wen["alpha"] * float((bouc_wen["A"] / lost) ** (1.0 / n))}]
 
 
 def _bouc_wen_starts(s: Scales) -> Sequence[Values]:
