@@ -99,10 +99,18 @@ def random_phase(spec: MultisineSpec) -> Period:
     """
     motion, current = displacement_tones(spec), current_tones(spec)
     if spec.phases != "random":
-        phases = _low_phases(replace(spec, level=1.0, periods=1, opposite_current=False))
+        phases = _low_phases(_decides_on_phases(spec))
         motion = motion.with_phases(phases[0])
         current = None if current is None else current.with_phases(phases[1])
     return fit_into_limits(spec, motion, current)
+
+
+def _decides_on_phases(spec: MultisineSpec) -> MultisineSpec:
+    """The design without what phases do not depend on; the range of the current counts only in a force estimate."""
+    own = replace(spec, level=1.0, periods=1, opposite_current=False)
+    if spec.current is None or spec.force is not None:
+        return own
+    return replace(own, current=replace(spec.current, min_a=0.0, max_a=1.0))
 
 
 _GOOD_CREST = 1.375  # where a search for a low crest factor ends: the lowest found for 31 flat lines
