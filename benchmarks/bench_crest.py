@@ -40,8 +40,8 @@ def log_spaced(count: int, decades: float) -> NDArray[np.int64]:
 
 def chosen() -> None:
     """The displacement alone kept flat, as a configuration asks for it: flat lines, and 35 spaced by their logarithm
-    from the first, third or tenth DFT line over two decades: the peak grows with the number of the highest line. With odd
-    lines only, the second half of the period is the first with the opposite sign: half as many peaks to keep down."""
+    from the first, third or tenth DFT line over two decades: the peak grows with the number of the highest line. With
+    odd lines only, the second half of the period is the first with the opposite sign: half as many peaks."""
     for count in (31, 100, 1000):
         _designed(f'crest_of = "displacement", {count} flat lines', 2**14, 1, count, "all", 1.38)
     for lowest, goal in ((1, 2.1), (3, 2.1), (10, None)):

@@ -88,7 +88,7 @@ def _with_paths_resolved(config: Mapping[str, JSON], folder: Path) -> dict[str, 
     if isinstance(named := config.get("envelope"), str):
         resolved["envelope"] = read_config(folder / named)
     if isinstance(record := config.get("record"), str):
-        resolved["record"] = str(folder / record)
+        resolved["record"] = str(folder.resolve() / record)
     if isinstance(parts := config.get("parts"), (list, tuple)):
         resolved["parts"] = [_part_resolved(part, folder) for part in parts]
     displacement = config.get("displacement")
@@ -106,7 +106,7 @@ def _part_resolved(part: JSON, folder: Path) -> JSON:
     paths = {key: str(folder / name) for key in ("file", "config") if isinstance(name := part.get(key), str) and name}
     test = part.get("test")
     if isinstance(test, Mapping) and isinstance(record := test.get("record"), str):
-        return {**part, **paths, "test": {**test, "record": str(folder / record)}}
+        return {**part, **paths, "test": {**test, "record": str(folder.resolve() / record)}}
     return {**part, **paths}
 
 
