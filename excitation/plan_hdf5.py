@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from excitation.errors import ExcitationError, ExcitationFileError
 from excitation.hdf5 import FORMAT, get_excitation, get_json, put_attributes, put_channels
-from excitation.kinds import HOMOGENISED, NOISE, Kind
+from excitation.kinds import HOMOGENISED, NOISE, REPLAY, Kind
 from excitation.plan import MakeExcitation, Test, TestPlan, conditions_of, test_of
 from excitation.record_path import resolved, written_beside
 from excitation.signal import JSON, Excitation
 from excitation.synthesis import FoundPhases, excitation_from_config, excitation_of_phases, phases_of, reads_a_file
 from excitation.untrusted import open_hdf5, parse_json
 
-__all__ = ["PLAN_FORMAT", "read_plan_hdf5", "write_plan_hdf5"]
+__all__ = ["PLAN_FORMAT", "as_design", "read_plan_hdf5", "write_plan_hdf5"]
 
 PLAN_FORMAT: Final = "damper-rig/plan"
 VERSION: Final = 2
@@ -48,7 +48,7 @@ def write_plan_hdf5(path: Path, plan: TestPlan, *, folder: Path, whole: bool = F
 
 
 def _put_test(file: h5py.File, group: h5py.Group, test: Test, folder: Path, whole: bool) -> None:
-    excitation = _as_design(test.excitation)
+    excitation = as_design(test.excitation)
     design = excitation.design
     put_attributes(group, excitation)
     group.attrs["design"] = json.dumps(written_beside(design, folder))
@@ -92,7 +92,7 @@ def read_plan_hdf5(path: Path, make: MakeExcitation = excitation_from_config) ->
 def _get_test(path: Path, file: h5py.File, place: str, make: MakeExcitation) -> Test:
     group, where = file[place], f"{path}: {place}"
     conditions = parse_json(group.attrs.get("conditions", "{}"))
-    made = _as_design(get_excitation(group, where)) if "channels" in group else _made(path, file, group, where, make)
+    made = as_design(get_excitation(group, where)) if "channels" in group else _made(path, file, group, where, make)
     return test_of(str(group.attrs.get("name", "")), made, conditions)
 
 
@@ -131,10 +131,15 @@ def _turns(data: h5py.Dataset, where: str) -> NDArray[np.float64]:
     return values
 
 
-def _as_design(given: Excitation) -> Excitation:
-    """What has samples, as its design where that makes the same bytes: a plan then keeps no samples."""
+def as_design(given: Excitation, *, files: bool = False) -> Excitation:
+    """What has samples, as its design where that makes the same bytes: a plan then keeps no samples.
+
+    ``files``: also where the design reads a record; never of a design that somebody else has sent.
+    """
     design = given.design
-    if given.sources is not None or design.get("kind") not in _QUICK or _is_searched(design) or reads_a_file(design):
+    asked = _QUICK if not files else (*_QUICK, REPLAY)
+    unread = reads_a_file(design) and not files
+    if given.sources is not None or design.get("kind") not in asked or _is_searched(design) or unread:
         return given
     try:
         made = excitation_from_config(design)
