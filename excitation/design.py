@@ -118,13 +118,17 @@ def within_envelope(
     on_excess: OnExcess | None = None,
     force_model: ForceModel | None = None,
 ) -> Excitation | TestPlan:
-    """What was made, if the rig can play it, or what ``on_excess`` makes of it so that it can; ``fit`` is "scale".
+    """What was made, if the rig can play it, or what ``on_excess`` makes of it so that it can; ``fit`` is "scale". What
+    became of an excitation is its figure ``changes``, of a plan its ``changes``.
 
     The force is that of ``force_model``, else of the envelope's specimen. Raises EnvelopeError.
     """
     plan = made if isinstance(made, TestPlan) else TestPlan(tests=(Test(name="excitation", excitation=made),))
     plan = fit_plan(plan, envelope, on_excess or ("scale" if fit else "refuse"), force_model)
-    return plan if isinstance(made, TestPlan) else plan.tests[0].excitation
+    if isinstance(made, TestPlan):
+        return plan
+    fitted = plan.tests[0].excitation
+    return fitted.with_figures({"changes": list(plan.changes)}) if plan.changes else fitted
 
 
 def design(command: str, config: Mapping[str, JSON]) -> Excitation | TestPlan:
