@@ -92,17 +92,18 @@ def read_plan_hdf5(path: Path, make: MakeExcitation = excitation_from_config) ->
 def _get_test(path: Path, file: h5py.File, place: str, make: MakeExcitation) -> Test:
     group, where = file[place], f"{path}: {place}"
     conditions = parse_json(group.attrs.get("conditions", "{}"))
-    made = as_design(get_excitation(group, where)) if "channels" in group else _made(path, file, group, where, make)
+    made = as_design(get_excitation(group, where)) if "channels" in group else _made(path, file, place, make)
     return test_of(str(group.attrs.get("name", "")), made, conditions)
 
 
-def _made(path: Path, file: h5py.File, group: h5py.Group, where: str, make: MakeExcitation) -> Excitation:
+def _made(path: Path, file: h5py.File, place: str, make: MakeExcitation) -> Excitation:
     """What the design makes, if it is as long as the file says."""
+    group, where = file[place], f"{path}: {place}"
     design, figures = resolved(get_json(group, "design", where), path.parent), get_json(group, "figures", where)
     if _SEARCHED in group.attrs and design.get("kind") in (Kind.MULTISINE, HOMOGENISED):
-        made = excitation_of_phases(design, _get_phases(file, str(group.attrs[_SEARCHED]), where), where)
+        made = excitation_of_phases(design, _get_phases(file, str(group.attrs[_SEARCHED]), where), place)
     else:
-        made = make(design, where)
+        made = make(design, place)
     made = made.with_figures(figures)
     for name in ("sample_rate", "samples", "period_samples"):
         own = getattr(made, f"{name}_hz" if name == "sample_rate" else name)

@@ -146,8 +146,9 @@ def test_a_plan_finds_its_records_from_anywhere_and_where_both_were_moved(
     write_excitation(record, replace(read.tests[0].excitation, kind=Kind.CUSTOM))
     with pytest.raises(DesignError, match="it is not the file that the design was made of"):
         read.tests[0].excitation.displacement_m  # noqa: B018 - it is made now
-    with pytest.raises(DesignError, match="SHA-256 differs"):
+    with pytest.raises(DesignError, match="SHA-256 differs") as refused:
         read_plan(tmp_path / "moved" / f"played.{ending}")
+    assert str(refused.value).count(f"played.{ending}") == 1
     record.unlink()
     with pytest.raises(DesignError, match=r"played.* record .*record\.h5: no such file"):
         read_plan(tmp_path / "moved" / f"played.{ending}")
