@@ -18,6 +18,7 @@ from excitation.plan import Test, TestPlan, config_of, plan_from_config
 from excitation.plan_files import holds_a_plan
 from excitation.prediction import ForceModel
 from excitation.presets import PresetSpec, harmonic_config
+from excitation.series import one_or_series
 from excitation.signal import JSON, Excitation
 from excitation.synthesis import excitation_from_config
 
@@ -87,7 +88,7 @@ def _with_paths_resolved(config: Mapping[str, JSON], folder: Path) -> dict[str, 
     if isinstance(named := config.get("envelope"), str):
         resolved["envelope"] = read_config(folder / named)
     if isinstance(record := config.get("record"), str):
-        resolved["record"] = str(folder / record)
+        resolved["record"] = str(folder.resolve() / record)
     if isinstance(parts := config.get("parts"), (list, tuple)):
         resolved["parts"] = [_part_resolved(part, folder) for part in parts]
     displacement = config.get("displacement")
@@ -105,7 +106,7 @@ def _part_resolved(part: JSON, folder: Path) -> JSON:
     paths = {key: str(folder / name) for key in ("file", "config") if isinstance(name := part.get(key), str) and name}
     test = part.get("test")
     if isinstance(test, Mapping) and isinstance(record := test.get("record"), str):
-        return {**part, **paths, "test": {**test, "record": str(folder / record)}}
+        return {**part, **paths, "test": {**test, "record": str(folder.resolve() / record)}}
     return {**part, **paths}
 
 
@@ -117,13 +118,17 @@ def within_envelope(
     on_excess: OnExcess | None = None,
     force_model: ForceModel | None = None,
 ) -> Excitation | TestPlan:
-    """What was made, if the rig can play it, or what ``on_excess`` makes of it so that it can; ``fit`` is "scale".
+    """What was made, if the rig can play it, or what ``on_excess`` makes of it so that it can; ``fit`` is "scale". What
+    became of an excitation is its figure ``changes``, of a plan its ``changes``.
 
     The force is that of ``force_model``, else of the envelope's specimen. Raises EnvelopeError.
     """
     plan = made if isinstance(made, TestPlan) else TestPlan(tests=(Test(name="excitation", excitation=made),))
     plan = fit_plan(plan, envelope, on_excess or ("scale" if fit else "refuse"), force_model)
-    return plan if isinstance(made, TestPlan) else plan.tests[0].excitation
+    if isinstance(made, TestPlan):
+        return plan
+    fitted = plan.tests[0].excitation
+    return fitted.with_figures({"changes": list(plan.changes)}) if plan.changes else fitted
 
 
 def design(command: str, config: Mapping[str, JSON]) -> Excitation | TestPlan:
@@ -165,63 +170,11 @@ def _designed(command: str, config: Mapping[str, JSON]) -> Excitation | TestPlan
         case "plan":
             return joined_plan(config, design_file)
         case "random-phase" | "homogenised":
-            own = {key: value for key, value in config.items() if key not in _KEYS_OF_THE_SERIES}
-            return _one_or_series({**own, "kind": _KINDS[command]}, config)
+            return one_or_series(_KINDS[command], config)
     return excitation_from_config({**config, "kind": _KINDS[command]})
 
 
 _KEYS_OF_THE_RIG = frozenset({"envelope", "scale_to_fit", "on_excess"})  # they do not belong to the signal
-_KEYS_OF_THE_SERIES = frozenset({"levels", "realisations", "orthogonal", "kind"})  # nor to the multisine
-
-
-def _one_or_series(own: Mapping[str, JSON], config: Mapping[str, JSON]) -> Excitation | TestPlan:
-    levels, realisations = config.get("levels", [own.get("level", 1.0)]), config.get("realisations", 1)
-    if not isinstance(levels, (list, tuple)) or not levels:
-        raise DesignError(f"levels is {levels!r}: give a list of shares of the full displacement, above 0, up to 1")
-    if type(realisations) is not int or not 1 <= realisations <= 1000:
-        raise DesignError(f"realisations is {realisations!r}: it must lie in 1 … 1000")
-    orthogonal = config.get("orthogonal", False)
-    if not isinstance(orthogonal, bool):
-        raise DesignError(f"orthogonal is {orthogonal!r}: it must be true or false")
-    if orthogonal and (realisations % 2 or "current" not in own):
-        raise DesignError(
-            f"orthogonal is true with {realisations} realisations "
-            f"{'and' if 'current' in own else 'and without'} [current]: it needs two inputs, displacement and current, "
-            "and an even number of realisations"
-        )
-    if "levels" not in config and realisations == 1:
-        return excitation_from_config(own)
-    return _series(own, list(levels), realisations, orthogonal=orthogonal)
-
-
-def _series(config: Mapping[str, JSON], levels: list[JSON], realisations: int, *, orthogonal: bool = False) -> TestPlan:
-    """Every realisation at every level, the levels rising.
-
-    Orthogonal: of each two realisations the second has the displacement of the first and the opposite current, so that
-    the matrix of both inputs over both realisations is orthogonal at every line.
-
-    References
-    ----------
-    Dobrowiecki, Schoukens & Guillaume, IEEE Trans. Instrum. Meas. 55 (2006): orthogonal multisines, Hadamard matrices.
-    """
-    first = int(str(config.get("realisation", 0)))
-    tests = [
-        Test(
-            name=f"level_{number + 1}_realisation_{realisation + 1}",
-            excitation=excitation_from_config(
-                {**config, "level": level, **_numbered(first, realisation, orthogonal)}, f"levels[{number}]"
-            ),
-        )
-        for number, level in enumerate(levels)
-        for realisation in range(realisations)
-    ]
-    return TestPlan(tests=tuple(tests), design=config)
-
-
-def _numbered(first: int, number: int, orthogonal: bool) -> dict[str, JSON]:
-    if not orthogonal:
-        return {"realisation": first + number}
-    return {"realisation": first + number // 2, "opposite_current": number % 2 == 1}
 
 
 def remake(excitation: Excitation) -> Excitation:

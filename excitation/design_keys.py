@@ -235,7 +235,12 @@ _MEANINGS: Final[Mapping[type, Mapping[str, str]]] = {
 }  # fmt: skip
 _SERIES_OF_MULTISINES: Final = (
     ("levels", "list of numbers", "none", "makes a plan: the design at each of these shares of the full displacement"),
-    ("realisations", "whole number", "1", "makes a plan: so many sets of phases at each level"),
+    (
+        "realisations",
+        "whole number",
+        "1",
+        "makes a plan: so many sets of phases at each level; random ones with the same amplitudes",
+    ),
     (
         "orthogonal",
         "true or false",

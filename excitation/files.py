@@ -12,13 +12,14 @@ from excitation.atomic import written_whole
 from excitation.errors import ExcitationError, ExcitationFileError
 from excitation.hdf5 import read_hdf5, write_hdf5
 from excitation.matlab import read_mat, write_mat
-from excitation.plan import Test, TestPlan
+from excitation.plan import MakeExcitation, Test, TestPlan
 from excitation.plan_files import holds_a_plan, write_plan
 from excitation.plan_files import read_plan as read_plan_file
 from excitation.rpc3 import write_drive, write_response
 from excitation.rpc3_design import read_own_drive
 from excitation.signal import Excitation
 from excitation.spreadsheet import read_csv, write_csv
+from excitation.synthesis import excitation_from_config
 from excitation.untrusted import DAMAGE
 
 __all__ = ["READABLE", "WRITABLE", "read_excitation", "read_plan", "write_excitation", "write_plan"]
@@ -73,15 +74,15 @@ def read_excitation(path: Path | str) -> Excitation:
         raise ExcitationFileError(f"{path}: damaged: {_first_line(error)}") from error
 
 
-def read_plan(path: Path | str) -> TestPlan:
-    """Reads a plan (.toml, .csv, .h5); an excitation file of any ending is a plan of one test, named after
-    it.
+def read_plan(path: Path | str, make: MakeExcitation = excitation_from_config) -> TestPlan:
+    """Reads a plan (.toml, .csv, .h5), its designs by ``make``; an excitation file of any ending is a plan of one
+    test, named after it.
 
     Raises ExcitationFileError or DesignError, one line that names the file and the place in it.
     """
     path = Path(path)
     if holds_a_plan(path):
-        return read_plan_file(path)
+        return read_plan_file(path, make)
     return TestPlan(tests=(Test(name=path.stem, excitation=read_excitation(path)),))
 
 

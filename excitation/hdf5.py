@@ -16,7 +16,17 @@ from excitation.kinds import Kind
 from excitation.signal import JSON, Excitation
 from excitation.untrusted import open_hdf5, parse_json
 
-__all__ = ["FORMAT", "get_excitation", "hdf5_bytes", "put_excitation", "read_hdf5", "write_hdf5"]
+__all__ = [
+    "FORMAT",
+    "get_excitation",
+    "get_json",
+    "hdf5_bytes",
+    "put_attributes",
+    "put_channels",
+    "put_excitation",
+    "read_hdf5",
+    "write_hdf5",
+]
 
 FORMAT = "damper-rig/excitation"
 VERSION = 1
@@ -51,6 +61,12 @@ def read_hdf5(path: Path) -> Excitation:
 
 def put_excitation(group: h5py.Group, excitation: Excitation) -> None:
     """Attributes and channels below ``group``."""
+    put_attributes(group, excitation)
+    put_channels(group, excitation)
+
+
+def put_attributes(group: h5py.Group, excitation: Excitation) -> None:
+    """What is stated beside the samples."""
     group.attrs["format"] = FORMAT
     group.attrs["format_version"] = VERSION
     group.attrs["sample_rate"] = excitation.sample_rate_hz
@@ -62,6 +78,10 @@ def put_excitation(group: h5py.Group, excitation: Excitation) -> None:
     for name in ("coverage", "coverage_normalised"):
         if name in excitation.figures:
             group.attrs[name] = excitation.figures[name]
+
+
+def put_channels(group: h5py.Group, excitation: Excitation) -> None:
+    """The samples."""
     channels = group.create_group("channels")
     _put_channel(channels, "displacement_command", excitation.displacement_m)
     if excitation.current_a is not None:
@@ -95,8 +115,8 @@ def get_excitation(group: h5py.Group, where: str) -> Excitation:
             period_samples=int(_attribute(group, "period_samples", where)),
             displacement_m=displacement,
             current_a=current,
-            design=_json(group, "design", where),
-            figures=_json(group, "figures", where),
+            design=get_json(group, "design", where),
+            figures=get_json(group, "figures", where),
         )
     except DesignError as error:
         raise ExcitationFileError(f"{where}: {error}") from error
@@ -111,7 +131,8 @@ def _attribute(group: h5py.Group, name: str, where: str) -> Any:
     return group.attrs[name]
 
 
-def _json(group: h5py.Group, name: str, where: str) -> Mapping[str, JSON]:
+def get_json(group: h5py.Group, name: str, where: str) -> Mapping[str, JSON]:
+    """The object in the attribute ``name``, empty where there is none; raises ExcitationFileError."""
     text = group.attrs.get(name, "{}")
     try:
         value = parse_json(text)

@@ -12,6 +12,7 @@ from excitation.configuration import STRICT, to_spec
 from excitation.errors import DesignError, ExcitationError
 from excitation.files import read_plan
 from excitation.plan import Test, TestPlan, test_from_config
+from excitation.plan_hdf5 import as_design
 from excitation.signal import JSON, Excitation
 
 __all__ = ["JoinedPlanSpec", "PartSpec", "joined_plan"]
@@ -85,7 +86,11 @@ def _plan_of(part: PartSpec, make: Callable[[str, Path], Excitation | TestPlan])
     if part.test is not None:
         return TestPlan(tests=(test_from_config({"name": "test", **part.test}),))
     if part.file:
-        return read_plan(part.file)
+        plan = read_plan(part.file)
+        return replace(
+            plan,
+            tests=tuple(replace(test, excitation=as_design(test.excitation, files=True)) for test in plan.tests),
+        )
     made = make(part.command, Path(part.config))
     if isinstance(made, TestPlan):
         return made

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from excitation.joint_crest import Limited, low_shares
 from excitation.kinds import Kind
 from excitation.lines import band_lines, chosen_lines
 from excitation.multisine_spec import CurrentSpec, DisplacementSpec, MultisineSpec
-from excitation.periodic import Multitone
+from excitation.periodic import Multitone, Repeated
 from excitation.portable_math import uniform
 from excitation.quantities import current_behind_rig, motion_quantities
 from excitation.range_figures import range_figures
@@ -33,7 +33,9 @@ __all__ = [
     "current_tones",
     "displacement_tones",
     "fit_into_limits",
+    "fitted",
     "random_phase",
+    "repeated",
 ]
 
 # share of a limit that is used, so that rounding, here or in a reader, does not exceed it
@@ -99,10 +101,18 @@ def random_phase(spec: MultisineSpec) -> Period:
     """
     motion, current = displacement_tones(spec), current_tones(spec)
     if spec.phases != "random":
-        phases = _low_phases(replace(spec, level=1.0, periods=1, opposite_current=False))
+        phases = _low_phases(_decides_on_phases(spec))
         motion = motion.with_phases(phases[0])
         current = None if current is None else current.with_phases(phases[1])
     return fit_into_limits(spec, motion, current)
+
+
+def _decides_on_phases(spec: MultisineSpec) -> MultisineSpec:
+    """The design without what phases do not depend on; the range of the current counts only in a force estimate."""
+    own = replace(spec, level=1.0, periods=1, opposite_current=False)
+    if spec.current is None or spec.force is not None:
+        return own
+    return replace(own, current=replace(spec.current, min_a=0.0, max_a=1.0))
 
 
 _GOOD_CREST = 1.375  # where a search for a low crest factor ends: the lowest found for 31 flat lines
@@ -228,10 +238,10 @@ def fit_into_limits(spec: MultisineSpec, motion: Multitone, current: Multitone |
     if spec.opposite_current and current is not None:
         turned = current.phase_turns + 0.5
         current = current.with_phases(turned - np.floor(turned))
-    return _fitted(spec, motion, current)
+    return fitted(spec, motion, current)
 
 
-def _fitted(spec: MultisineSpec, motion: Multitone, current: Multitone | None) -> Period:
+def fitted(spec: MultisineSpec, motion: Multitone, current: Multitone | None) -> Period:
     """Scales the displacement as a whole until its first limit is reached (times ``level``), and the current
     into
     its range; phases and the shape of the spectra stay."""
@@ -306,31 +316,37 @@ def _current_samples(spec: MultisineSpec, tones: Multitone, mean_a: float) -> ND
     return np.clip(mean_a + tones.samples(), spec.current.min_a, spec.current.max_a)
 
 
-def _repeated_motion(tones: Multitone, periods: int) -> NDArray[np.float64]:
-    return np.tile(tones.samples(), periods)
-
-
-def _repeated_current(spec: MultisineSpec, tones: Multitone, mean_a: float) -> NDArray[np.float64]:
-    return np.tile(_current_samples(spec, tones, mean_a), spec.periods)
-
-
 def as_excitation(spec: MultisineSpec, period: Period, kind: str) -> Excitation:
     """The period repeated, with the configuration that makes it again and the figures that it reaches.
 
     The lines are kept, and the samples made of them whenever they are read.
     """
+    figures = {**_figures(spec, period, covered(spec, period)), **range_figures(spec, period)}
+    return repeated(spec, period, {"kind": kind, **to_config(spec)}, figures)
+
+
+def repeated(
+    spec: MultisineSpec, period: Period, design: Mapping[str, JSON], figures: Mapping[str, JSON]
+) -> Excitation:
+    """The period repeated, with a design and figures that are known."""
     current: Samples | None = None
-    if period.current is not None:
-        current = partial(_repeated_current, spec, period.current, period.mean_current_a)
+    if period.current is not None and spec.current is not None:
+        current = Repeated(
+            tones=period.current,
+            periods=spec.periods,
+            mean=period.mean_current_a,
+            least=spec.current.min_a,
+            largest=spec.current.max_a,
+        )
     return made_on_demand(
         kind=Kind.MULTISINE,
         sample_rate_hz=spec.sample_rate_hz,
         period_samples=spec.period_samples,
         samples=spec.period_samples * spec.periods,
-        displacement_m=partial(_repeated_motion, period.displacement, spec.periods),
+        displacement_m=Repeated(tones=period.displacement, periods=spec.periods),
         current_a=current,
-        design={"kind": kind, **to_config(spec)},
-        figures={**_figures(spec, period, covered(spec, period)), **range_figures(spec, period)},
+        design=design,
+        figures=figures,
     )
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from excitation.portable_math import cosine_and_sine
 
-__all__ = ["Multitone", "derivative"]
+__all__ = ["Multitone", "Repeated", "derivative"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -54,6 +54,20 @@ class Multitone:
         spectrum.real[self.lines] = real
         spectrum.imag[self.lines] = imaginary
         return np.fft.irfft(spectrum, n=self.period_samples, norm="forward") * 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Repeated:
+    """Makes the samples of a multitone about its mean, within the limits, period after period; (periods·N,)."""
+
+    tones: Multitone
+    periods: int
+    mean: float = 0.0
+    least: float = -np.inf
+    largest: float = np.inf
+
+    def __call__(self) -> NDArray[np.float64]:
+        return np.tile(np.clip(self.mean + self.tones.samples(), self.least, self.largest), self.periods)
 
 
 def derivative(period: NDArray[np.float64], sample_rate_hz: float) -> NDArray[np.float64]:

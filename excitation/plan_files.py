@@ -8,27 +8,24 @@ import tomllib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Final, TypeVar
-
-import h5py
-import numpy as np
+from typing import Any, TypeVar
 
 from excitation.atomic import written_whole
 from excitation.errors import DesignError, ExcitationError, ExcitationFileError
-from excitation.hdf5 import FORMAT, get_excitation, put_excitation
-from excitation.kinds import NOISE, Kind
-from excitation.plan import Test, TestPlan, conditions_of, config_of, plan_from_config, test_of
-from excitation.signal import JSON, Excitation
+from excitation.hdf5 import FORMAT
+from excitation.plan import MakeExcitation, Test, TestPlan, config_of, plan_from_config
+from excitation.plan_hdf5 import PLAN_FORMAT, read_plan_hdf5, write_plan_hdf5
+from excitation.record_path import resolved, written_beside
+from excitation.signal import JSON
 from excitation.spreadsheet import TIME
-from excitation.synthesis import excitation_from_config, reads_a_file
+from excitation.synthesis import excitation_from_config
 from excitation.untrusted import DAMAGE, open_hdf5, parse_json
 
-__all__ = ["PLAN_FORMAT", "holds_a_plan", "read_plan", "read_plan_config", "write_plan"]
+__all__ = ["PLAN_FORMAT", "VERSION", "holds_a_plan", "located", "read_plan", "read_plan_config", "write_plan"]
 
 Content = TypeVar("Content")
 
-PLAN_FORMAT = "damper-rig/plan"
-VERSION = 1
+VERSION = 1  # of plans as text
 
 _COLUMNS: Mapping[str, str] = {  # the keys of a test and the heads of their columns
     "name": "name",
@@ -48,27 +45,45 @@ _COLUMNS: Mapping[str, str] = {  # the keys of a test and the heads of their col
 _FURTHER = "further"  # what has no column of its own, as JSON
 
 
-def write_plan(path: Path | str, plan: TestPlan) -> None:
-    """Writes the plan whole or not at all; the ending, .toml, .csv or .h5, says the format."""
+def write_plan(path: Path | str, plan: TestPlan, *, whole: bool = False) -> None:
+    """Writes the plan whole or not at all; the ending, .toml, .csv or .h5, says the format.
+
+    Designs are written, and samples, in .h5 alone, of tests that no design makes again. Records that are replayed are
+    named by a path that counts from the plan, and their SHA-256; with ``whole``, in .h5, their samples are written.
+    """
     path = Path(path)
-    writers = {".toml": _write_toml, ".csv": _write_csv, ".h5": _write_hdf5}
+    writers: Mapping[str, Callable[[Path], None]] = {
+        ".toml": lambda to: _write_toml(to, _config(plan, path.parent)),
+        ".csv": lambda to: _write_csv(to, _config(plan, path.parent)),
+        ".h5": lambda to: write_plan_hdf5(to, plan, folder=path.parent, whole=whole),
+    }
     if path.suffix.lower() not in writers:
         raise ExcitationFileError(f"{path}: the ending {path.suffix!r} is not known: use {', '.join(writers)}")
     with written_whole(path, ExcitationFileError) as temporary:
-        writers[path.suffix.lower()](temporary, plan)
+        writers[path.suffix.lower()](temporary)
 
 
-def read_plan(path: Path | str) -> TestPlan:
-    """Reads a plan (.toml, .csv, .h5).
+def read_plan(path: Path | str, make: MakeExcitation = excitation_from_config) -> TestPlan:
+    """Reads a plan (.toml, .csv, .h5); ``make`` makes the excitations of designs.
 
     Raises ExcitationFileError or DesignError, one line that names the file and the place in it.
     """
     readers: Mapping[str, Callable[[Path], TestPlan]] = {
-        ".toml": lambda path: plan_from_config(_toml_config(path)),
-        ".csv": lambda path: plan_from_config(_csv_config(path)),
-        ".h5": _read_hdf5,
+        ".toml": lambda path: plan_from_config(located(_toml_config(path), path.parent), make),
+        ".csv": lambda path: plan_from_config(located(_csv_config(path), path.parent), make),
+        ".h5": lambda path: read_plan_hdf5(path, make),
     }
     return _read(Path(path), readers)
+
+
+def located(config: Mapping[str, JSON], folder: Path) -> dict[str, JSON]:
+    """The plan with the records of its tests found from ``folder``; what is no plan is refused where it is read."""
+    found = dict(config)
+    if isinstance(tests := config.get("tests"), (list, tuple)):
+        found["tests"] = [resolved(test, folder) if isinstance(test, Mapping) else test for test in tests]
+    if isinstance(warm_up := config.get("warm_up"), Mapping):
+        found["warm_up"] = resolved(warm_up, folder)
+    return found
 
 
 def read_plan_config(path: Path | str) -> dict[str, JSON]:
@@ -113,23 +128,23 @@ def holds_a_plan(path: Path) -> bool:
     return ending in (".toml", ".csv", ".h5")
 
 
-def _config(plan: TestPlan) -> dict[str, JSON]:
+def _config(plan: TestPlan, folder: Path) -> dict[str, JSON]:
     config: dict[str, JSON] = {"format": PLAN_FORMAT, "format_version": VERSION}
     if plan.warm_up is not None:
-        config["warm_up"] = config_of(plan.warm_up)
-    return {**config, "tests": [_remakable(test) for test in plan.tests]}
+        config["warm_up"] = _remakable(plan.warm_up, folder)
+    return {**config, "tests": [_remakable(test, folder) for test in plan.tests]}
 
 
-def _remakable(test: Test) -> dict[str, JSON]:
+def _remakable(test: Test, folder: Path) -> dict[str, JSON]:
     if "kind" not in test.excitation.design:
         raise ExcitationFileError(f"test {test.name!r} has samples but no design: write the plan as .h5")
-    return config_of(test)
+    return written_beside(config_of(test), folder)
 
 
-def _write_toml(path: Path, plan: TestPlan) -> None:
+def _write_toml(path: Path, config: Mapping[str, JSON]) -> None:
     from excitation.toml_text import toml_text
 
-    path.write_text(toml_text(_config(plan)), encoding="utf-8")
+    path.write_text(toml_text(config), encoding="utf-8")
 
 
 def _toml_config(path: Path) -> dict[str, JSON]:
@@ -146,11 +161,11 @@ def _toml_config(path: Path) -> dict[str, JSON]:
     return config
 
 
-def _write_csv(path: Path, plan: TestPlan) -> None:
-    """The warm-up, where there is one, is the row whose data_set is "warm-up"."""
-    rows = [_remakable(test) for test in plan.tests]
-    if plan.warm_up is not None:
-        rows.insert(0, {**_remakable(plan.warm_up), "data_set": "warm-up"})
+def _write_csv(path: Path, config: Mapping[str, Any]) -> None:
+    """The warm-up, where there is one, is the row whose data_set is "warm-up". Any: JSON."""
+    rows = list(config["tests"])
+    if "warm_up" in config:
+        rows.insert(0, {**config["warm_up"], "data_set": "warm-up"})
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
         out.writerow([*_COLUMNS.values(), _FURTHER])
@@ -195,57 +210,3 @@ def _row(path: Path, line: int, row: Mapping[str, str | None]) -> dict[str, JSON
             raise ExcitationFileError(f"{path}: line {line}, {column} is {text!r}: not a number") from error
         config.update(value if key == _FURTHER and isinstance(value, dict) else {key: value})
     return config
-
-
-def _write_hdf5(path: Path, plan: TestPlan) -> None:
-    with h5py.File(path, "w", libver=("earliest", "v110")) as file:
-        file.attrs["format"] = PLAN_FORMAT
-        file.attrs["format_version"] = VERSION
-        tests = file.create_group("tests")
-        for n, test in enumerate(plan.tests):
-            _put_test(tests.create_group(f"{n:04d}"), test)
-        if plan.warm_up is not None:
-            _put_test(file.create_group("warm_up"), plan.warm_up)
-
-
-def _put_test(group: h5py.Group, test: Test) -> None:
-    put_excitation(group, test.excitation)
-    group.attrs["name"] = test.name
-    group.attrs["conditions"] = json.dumps(conditions_of(test))
-
-
-def _read_hdf5(path: Path) -> TestPlan:
-    with open_hdf5(path, ExcitationFileError) as file:
-        layout = file.attrs.get("format")
-        if layout != PLAN_FORMAT or "tests" not in file:
-            raise ExcitationFileError(f"{path}: format is {layout!r}: it must be {PLAN_FORMAT!r} or {FORMAT!r}")
-        tests = tuple(_get_test(file["tests"][name], f"{path}: tests/{name}") for name in sorted(file["tests"]))
-        warm_up = _get_test(file["warm_up"], f"{path}: warm_up") if "warm_up" in file else None
-    return TestPlan(tests=tests, warm_up=warm_up)
-
-
-def _get_test(group: h5py.Group, where: str) -> Test:
-    conditions = parse_json(group.attrs.get("conditions", "{}"))
-    return test_of(str(group.attrs.get("name", "")), _as_design(get_excitation(group, where)), conditions)
-
-
-_QUICK: Final = (Kind.MULTISINE, Kind.SINE, Kind.TRIANGLE, Kind.STEPS, Kind.SWEEP, NOISE, Kind.ROAD)
-"""Kinds whose samples are made again in about the time that reading them takes."""
-
-
-def _as_design(read: Excitation) -> Excitation:
-    """What was read, as its design where that makes the same bytes: a plan then keeps no samples."""
-    design = read.design
-    if design.get("kind") not in _QUICK or design.get("phases", "random") != "random" or reads_a_file(design):
-        return read
-    try:
-        made = excitation_from_config(design)
-    except ExcitationError:
-        return read
-    stated = (made.kind, made.sample_rate_hz, made.period_samples, made.samples)
-    same = stated == (read.kind, read.sample_rate_hz, read.period_samples, read.samples)
-    if not (same and np.array_equal(made.displacement_m, read.displacement_m)):
-        return read
-    current, stored = made.current_a, read.current_a
-    same = current is stored if current is None or stored is None else np.array_equal(current, stored)
-    return made.with_figures(read.figures) if same else read

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from excitation.errors import DesignError, ExcitationError, ExcitationFileError
 from excitation.matlab import read_variables
 from excitation.rpc3 import read_rpc3
-from excitation.spreadsheet import TIME, measured_rate
+from excitation.spreadsheet import TIME, check_samples, measured_rate, read_description
 from excitation.untrusted import DAMAGE, open_hdf5
 
 __all__ = ["RECORDS", "UNITS", "read_channel"]
@@ -92,7 +92,7 @@ def _of_mat(path: Path, channel: str) -> Read:
     if "sample_rate" in found:
         rate_hz = float(found["sample_rate"])
     elif "time" in found:
-        rate_hz = measured_rate(path, np.asarray(found["time"], dtype=np.float64).tolist())
+        rate_hz = measured_rate(path, np.asarray(found["time"], dtype=np.float64).reshape(-1))
     else:
         raise DesignError(f"record {path}: it has neither sample_rate nor time: add one of them")
     return np.asarray(found[channel]), rate_hz, ""
@@ -103,13 +103,37 @@ def _of_csv(path: Path, channel: str) -> Read:
     with path.open(newline="", encoding="utf-8-sig") as file:
         rows = csv.reader(file)
         header = [cell.strip() for cell in next(rows, [])]
-        units = {name.strip(): unit.rstrip(")").strip() for name, _, unit in (cell.partition("(") for cell in header)}
-        names = [cell.partition("(")[0].strip() for cell in header]
-        if TIME not in header or channel not in names:
-            raise _missing(path, channel if TIME in header else TIME, header)
-        table = [row for row in rows if row]
-    times = _column(path, table, header.index(TIME))
-    return np.array(_column(path, table, names.index(channel))), measured_rate(path, times), units[channel]
+        first = next(rows, [])
+    units = {name.strip(): unit.rstrip(")").strip() for name, _, unit in (cell.partition("(") for cell in header)}
+    names = [cell.partition("(")[0].strip() for cell in header]
+    if TIME not in header or channel not in names:
+        raise _missing(path, channel if TIME in header else TIME, header)
+    if not first:
+        raise ExcitationFileError(f"{path}: no samples: a record has {_LEAST_SAMPLES} or more")
+    times, values = _columns(path, (header.index(TIME), names.index(channel)))
+    check_samples(path, read_description(path, first, header), values.size)
+    return values, measured_rate(path, times), units[channel]
+
+
+def _columns(path: Path, columns: tuple[int, int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Two columns below the header, (N,) each; row by row only where a cell is no number, to find its line."""
+    try:
+        both = np.loadtxt(
+            path,
+            delimiter=",",
+            quotechar='"',
+            comments=None,
+            skiprows=1,
+            usecols=columns,
+            encoding="utf-8-sig",
+            ndmin=2,
+        )
+        return both[:, 0], both[:, 1]
+    except ValueError:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            table = [row for row in csv.reader(file) if row][1:]
+        first, second = (np.array(_column(path, table, column)) for column in columns)
+        return first, second
 
 
 def _column(path: Path, table: list[list[str]], column: int) -> list[float]:

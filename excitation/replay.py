@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from hashlib import sha256
+from functools import partial
+from hashlib import file_digest
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
@@ -19,7 +20,7 @@ from excitation.fades import fade
 from excitation.kinds import REPLAY, Kind
 from excitation.periodic import derivative
 from excitation.record import UNITS, read_channel
-from excitation.signal import Excitation
+from excitation.signal import Excitation, made_on_demand
 
 __all__ = ["ReplaySpec", "replay"]
 
@@ -73,34 +74,66 @@ class ReplaySpec:
 def replay(spec: ReplaySpec) -> Excitation:
     """The record's part, faded in and out over ``fade`` by (1 − cos)/2: it begins and ends at rest in the middle.
 
+    It keeps no samples: they are made of the record, whose SHA-256 is compared, whenever they are read.
+
     Raises DesignError where the record cannot be read, has changed since the design, or exceeds the bounds.
     """
-    path = Path(spec.record)
-    motion, rate_hz = read_channel(path, spec.channel, "m", spec.unit)
-    digest = sha256(path.read_bytes()).hexdigest()
-    if spec.record_sha256 not in ("", digest):
-        raise DesignError(f"record {path}: it is not the file that the design was made of (its SHA-256 differs)")
-    motion = _cut(spec, motion, rate_hz)
-    played_hz = spec.sample_rate_hz or rate_hz
-    shape = spec.scale * _prepared(spec, motion - motion.mean(), rate_hz, played_hz)
+    shape, played_hz, mean_m = _shape(spec)
     velocity = derivative(shape, played_hz)  # it ends where it begins, at rest
     moved = (shape, velocity, derivative(velocity, played_hz))
     x, v, a = (float(np.abs(values).max()) for values in moved)
     factor = spec.bounds.factor((x, v, a), spec.level)
-    current = None if spec.current_a is None else np.full(shape.size, spec.current_a)
-    if spec.current_channel:
-        asked, other_hz = read_channel(path, spec.current_channel, "A")
-        current = _held(_cut(spec, asked, other_hz), other_hz, played_hz, shape.size)
-    return Excitation(
+    spec = replace(spec, record_sha256=spec.record_sha256 or _digest(spec))
+    current = partial(_current, spec, shape.size) if spec.current_channel or spec.current_a is not None else None
+    if current is not None:
+        current()  # to check it
+    return made_on_demand(
         kind=Kind.CUSTOM,
         sample_rate_hz=played_hz,
         period_samples=0,
-        displacement_m=factor * shape,
+        samples=shape.size,
+        displacement_m=partial(_motion, spec, factor),
         current_a=current,
-        design={"kind": REPLAY, **to_config(replace(spec, record_sha256=digest))},
+        design={"kind": REPLAY, **to_config(spec)},
         figures={"peak_displacement": factor * x, "peak_velocity": factor * v, "peak_acceleration": factor * a,
-                 "scaled_by": factor, "record_mean": float(motion.mean())},
+                 "scaled_by": factor, "record_mean": mean_m},
+        checked=True,
     )  # fmt: skip
+
+
+def _shape(spec: ReplaySpec) -> tuple[NDArray[np.float64], float, float]:
+    """What is played before it is brought into the bounds, (N,), m; its rate, Hz; and the mean of the record's part."""
+    motion, rate_hz = _channel(spec, spec.channel, "m", spec.unit)
+    motion = _cut(spec, motion, rate_hz)
+    played_hz, mean_m = spec.sample_rate_hz or rate_hz, float(motion.mean())
+    return spec.scale * _prepared(spec, motion - mean_m, rate_hz, played_hz), played_hz, mean_m
+
+
+def _motion(spec: ReplaySpec, factor: float) -> NDArray[np.float64]:
+    return factor * _shape(spec)[0]
+
+
+def _current(spec: ReplaySpec, samples: int) -> NDArray[np.float64]:
+    if spec.current_a is not None:
+        return np.full(samples, spec.current_a)
+    asked, rate_hz = _channel(spec, spec.current_channel, "A")
+    return _held(_cut(spec, asked, rate_hz), rate_hz, spec.sample_rate_hz or rate_hz, samples)
+
+
+def _channel(spec: ReplaySpec, channel: str, si: str, unit: str = "") -> tuple[NDArray[np.float64], float]:
+    """The channel of the record of the design, and its rate."""
+    path = Path(spec.record)
+    if spec.record_sha256 and path.is_file() and spec.record_sha256 != _digest(spec):
+        raise DesignError(
+            f"record {path}: it is not the file that the design was made of (its SHA-256 differs): put that file back, "
+            "or design again"
+        )
+    return read_channel(path, channel, si, unit)
+
+
+def _digest(spec: ReplaySpec) -> str:
+    with Path(spec.record).open("rb") as file:
+        return file_digest(file, "sha256").hexdigest()
 
 
 def _cut(spec: ReplaySpec, values: NDArray[np.float64], rate_hz: float) -> NDArray[np.float64]:

@@ -109,6 +109,11 @@ class Excitation:
         """The same with more that its design achieved."""
         return replace(self, figures={**self.figures, **more})
 
+    @property
+    def sources(self) -> tuple[Samples, Samples | None] | None:
+        """What makes displacement and current whenever they are read; None where the samples are kept."""
+        return None
+
     def held(self) -> Excitation:
         """The same with its samples in memory: for who reads them block by block."""
         return replace(self)
@@ -154,6 +159,10 @@ class _OnDemand(Excitation):
     def current_a(self) -> NDArray[np.float64] | None:
         return None if self._current is None else _frozen("current", self._current())
 
+    @property
+    def sources(self) -> tuple[Samples, Samples | None]:
+        return self._displacement, self._current
+
     def with_figures(self, more: Mapping[str, JSON]) -> Excitation:
         said = {**self._said(), "figures": {**self.figures, **more}}
         return _on_demand(self._samples, self._displacement, self._current, said)
@@ -182,14 +191,16 @@ def made_on_demand(
     current_a: Samples | None = None,
     design: Mapping[str, JSON],
     figures: Mapping[str, JSON] | None = None,
+    checked: bool = False,
 ) -> Excitation:
-    """An excitation whose samples are made whenever they are read; made once here, to check them.
+    """An excitation whose samples are made whenever they are read; made once here, if they are not ``checked`` yet.
 
     Raises DesignError where they are not ``samples`` finite numbers.
     """
     said = {"kind": kind, "sample_rate_hz": sample_rate_hz, "period_samples": period_samples}
     made = _on_demand(samples, displacement_m, current_a, {**said, "design": design, "figures": figures or {}})
-    for name, values in (("displacement", made.displacement_m), ("current", made.current_a)):
+    for name in () if checked else ("displacement", "current"):
+        values = made.displacement_m if name == "displacement" else made.current_a
         if values is not None and values.size != samples:
             raise DesignError(f"{name} has {values.size} samples: it must have {samples}")
     return made

@@ -7,17 +7,19 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from excitation.errors import ExcitationFileError
 from excitation.kinds import Kind
 from excitation.signal import JSON, Excitation
 from excitation.untrusted import parse_json
 
-__all__ = ["TIME", "measured_rate", "read_csv", "write_csv"]
+__all__ = ["TIME", "check_samples", "measured_rate", "read_csv", "read_description", "write_csv"]
 
 TIME, _DISPLACEMENT, _CURRENT = "time (s)", "displacement_command (m)", "current_command (A)"
 _DESCRIPTION = "description"
@@ -70,12 +72,9 @@ def read_csv(path: Path) -> Excitation:
         if header.count(name) > 1:
             raise ExcitationFileError(f"{path}: line 1: column {name!r} stands twice: leave one of them out")
     samples = {name: _numbers(path, table, header.index(name), name) for name in names}
-    said = _read_description(path, table, header)
-    if said.get("samples", len(table)) != len(table):
-        raise ExcitationFileError(
-            f"{path}: {len(table)} samples: line 2 says samples = {said['samples']}; the file is cut off or was edited"
-        )
-    measured_hz = measured_rate(path, samples[TIME])
+    said = read_description(path, table[0], header)
+    check_samples(path, said, len(table))
+    measured_hz = measured_rate(path, np.array(samples[TIME]))
     try:
         return Excitation(
             kind=Kind(said.get("excitation_kind", Kind.CUSTOM)),
@@ -105,10 +104,18 @@ def _numbers(path: Path, table: list[list[str]], column: int, name: str) -> list
     return values
 
 
-def _read_description(path: Path, table: list[list[str]], header: list[str]) -> dict[str, Any]:
-    """Any: JSON as somebody may have edited it; the caller converts."""
+def check_samples(path: Path, said: Mapping[str, Any], samples: int) -> None:
+    """Raises ExcitationFileError where the description states another number of samples. Any: JSON."""
+    if said.get("samples", samples) != samples:
+        raise ExcitationFileError(
+            f"{path}: {samples} samples: line 2 says samples = {said['samples']}; the file is cut off or was edited"
+        )
+
+
+def read_description(path: Path, row: list[str], header: list[str]) -> dict[str, Any]:
+    """What line 2 says beside its numbers. Any: JSON as somebody may have edited it; the caller converts."""
     column = header.index(_DESCRIPTION) if _DESCRIPTION in header else len(header)
-    text = table[0][column] if len(table[0]) > column else ""
+    text = row[column] if len(row) > column else ""
     try:
         said = parse_json(text or "{}")
     except ValueError as error:
@@ -118,16 +125,17 @@ def _read_description(path: Path, table: list[list[str]], header: list[str]) -> 
     return said
 
 
-def measured_rate(path: Path, time_s: list[float]) -> float:
-    """The rate of the time column, which must be uniform to 0.1 % of a sample."""
-    spacing = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
-    uneven = (
-        n for n, t in enumerate(time_s) if not abs(t - time_s[0] - n * spacing) <= 1e-3 * abs(spacing) + 1e-9 * abs(t)
-    )
-    first = next(uneven, None if spacing > 0 else 1)
-    if first is not None:
+def measured_rate(path: Path, time_s: NDArray[np.float64]) -> float:
+    """The rate of the time column, (N,), which must be uniform to 0.1 % of a sample."""
+    if time_s.size < 2:
+        raise ExcitationFileError(f"{path}: {time_s.size} times: a sample rate needs two or more")
+    spacing = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
+    even = time_s[0] + np.arange(time_s.size) * spacing
+    uneven = np.flatnonzero(~(np.abs(time_s - even) <= 1e-3 * abs(spacing) + 1e-9 * np.abs(time_s)))
+    if uneven.size or not spacing > 0:
         raise ExcitationFileError(
-            f"{path}: line {2 + first}: time does not rise evenly: every sample needs the same spacing"
+            f"{path}: line {2 + (int(uneven[0]) if uneven.size else 1)}: time does not rise evenly: every sample needs "
+            "the same spacing"
         )
     return _tidy(1.0 / spacing)
 

@@ -3,28 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import log10
 
 import numpy as np
+from numpy.typing import NDArray
 
 from excitation import kinds
 from excitation.checks import check_one_of
-from excitation.configuration import to_spec
+from excitation.configuration import to_config, to_spec
 from excitation.errors import DesignError
 from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec, sine, steps, triangle
 from excitation.homogenise import homogenised
 from excitation.kinds import DESIGNED, HOMOGENISED, Kind
-from excitation.multisine import as_excitation, covered, random_phase
+from excitation.multisine import (
+    as_excitation,
+    covered,
+    current_tones,
+    displacement_tones,
+    fitted,
+    random_phase,
+    repeated,
+)
 from excitation.multisine_spec import HomogeniseSpec, MultisineSpec
 from excitation.noise import NoiseSpec, noise
+from excitation.periodic import Multitone, Repeated
 from excitation.replay import ReplaySpec, replay
 from excitation.road_drive import RoadDriveSpec, road_drive
 from excitation.service import service_figures, with_record
 from excitation.signal import JSON, Excitation
 from excitation.sweep import SweepSpec, sweep
 
-__all__ = ["SPECS", "excitation_from_config", "homogenised_multisine", "multisine", "reads_a_file"]
+__all__ = [
+    "SPECS",
+    "FoundPhases",
+    "excitation_from_config",
+    "excitation_of_phases",
+    "homogenised_multisine",
+    "multisine",
+    "phases_of",
+    "reads_a_file",
+]
 
 SPECS: Mapping[str, type] = {  # what the keys of each kind are; one entry for each of DESIGNED
     Kind.MULTISINE.value: MultisineSpec,
@@ -128,6 +147,46 @@ def multisine(spec: MultisineSpec) -> Excitation:
 def homogenised_multisine(spec: MultisineSpec) -> Excitation:
     """The multisine whose phases spread its samples evenly over the working range."""
     return _multisine(HOMOGENISED, spec)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FoundPhases:
+    """Phases of a multisine as it is played, in turns: what a search has found need not be sought again."""
+
+    displacement: NDArray[np.float64]  # (K,)
+    current: NDArray[np.float64] | None  # (K',); None where none is played
+
+
+def phases_of(excitation: Excitation) -> FoundPhases:
+    """The phases of a designed multisine. Raises DesignError where it keeps samples instead."""
+    motion, current = excitation.sources or (None, None)
+    if not isinstance(motion, Repeated) or not isinstance(current, Repeated | None):
+        raise DesignError(f"{excitation!r} keeps samples and no phases: design it again")
+    return FoundPhases(
+        displacement=motion.tones.phase_turns, current=None if current is None else current.tones.phase_turns
+    )
+
+
+def excitation_of_phases(config: Mapping[str, JSON], phases: FoundPhases, where: str) -> Excitation:
+    """The multisine that ``config`` describes, with phases that are known; it has no figures. Raises DesignError."""
+    try:
+        parameters = {key: value for key, value in config.items() if key != "kind"}
+        spec = with_record(to_spec(MultisineSpec, _completed(parameters)))[0]
+        motion, current = displacement_tones(spec), current_tones(spec)
+        motion = _with_phases("displacement", motion, phases.displacement)
+        current = None if current is None else _with_phases("current", current, phases.current)
+        with np.errstate(over="raise", invalid="raise", divide="raise"):
+            period = fitted(spec, motion, current)
+        return repeated(spec, period, {"kind": config["kind"], **to_config(spec)}, {})
+    except DesignError as error:
+        raise error.below(where) from error
+
+
+def _with_phases(name: str, tones: Multitone, phases: NDArray[np.float64] | None) -> Multitone:
+    if phases is None or phases.size != tones.lines.size:
+        count = 0 if phases is None else phases.size
+        raise DesignError(f"{name} has {count} phases: its design has {tones.lines.size} lines: write the plan again")
+    return tones.with_phases(phases)
 
 
 def _multisine(kind: str, spec: MultisineSpec) -> Excitation:

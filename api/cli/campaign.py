@@ -48,16 +48,17 @@ def submit(
 ) -> None:
     """Schedule a campaign: the keys of POST /v1/campaigns in a file; options stand above the file.
 
-    A plan in HDF5 or CSV, and an excitation file as 'damper-rig run' plays it, are stored as a design of the service.
+    A plan in HDF5 or CSV, and an excitation file as 'damper-rig run' plays it, are stored as a design of the service;
+    so is a plan that replays records of this computer, with their samples.
 
     Example: damper-rig campaign submit plan.toml --rig modbus://127.0.0.1:5020 --specimen "damper 7" --watch
     """
-    from api.cli.campaign_file import is_sent, read_campaign
+    from api.cli.campaign_file import read_campaign, sendable
 
     body = read_campaign(file, rig=rig, specimen=specimen, name=name)
-    with connected(service) as client:
-        if is_sent(file):
-            body["design"] = client.send_plan(file)
+    with connected(service) as client, sendable(file, body) as (sent, body):
+        if sent is not None:
+            body["design"] = client.send_plan(sent)
         accepted = client.submit(body, key=once)
         if watch_it:
             _watch(client, accepted.id, as_json)

@@ -266,10 +266,15 @@ def _write(
     told = spoiled_in(made)
     ask(told)
     facts |= {"warnings": list(told)} if told else {}
+    told_apart = ("warnings", "changes")
     shown = ", ".join(
-        f"{key} {_shown(value)}" for key, value in facts.items() if key != "warnings" and not isinstance(value, dict)
+        f"{key} {_shown(value)}"
+        for key, value in facts.items()
+        if key not in told_apart and not isinstance(value, dict)
     )
-    answer(f"{output}: {shown}", {"file": str(output), **facts}, as_json=as_json)
+    changes = facts.get("changes", [])
+    lines = [f"{output}: {shown}", *(changes if isinstance(changes, list) else [])]
+    answer("\n".join(lines), {"file": str(output), **facts}, as_json=as_json)
 
 
 def _shown(value: object) -> str:

@@ -11,12 +11,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation.errors import ExcitationError, ExcitationFileError
+from excitation.errors import DesignError, ExcitationError, ExcitationFileError
 from excitation.files import read_plan
 from excitation.plan import Test, conditions_of, config_of, test_from_config
 from excitation.plan_files import holds_a_plan, read_plan_config
-from excitation.signal import Excitation
-from excitation.synthesis import reads_a_file
+from excitation.signal import JSON, Excitation
+from excitation.synthesis import excitation_from_config, reads_a_file
 from excitation.untrusted import parse_json
 
 __all__ = ["MOST_PLAN_BYTES", "MOST_SAMPLE_BYTES", "channels_of", "plan_content"]
@@ -82,7 +82,7 @@ def _of_text(path: Path) -> dict[str, Any]:
 
 def _of_samples(path: Path) -> dict[str, Any]:
     """Tests whose design makes them again as their configurations, the others with the number of their excitation."""
-    plan, ends = read_plan(path), time.process_time() + _DESIGN_CPU_S
+    plan, ends = read_plan(path, _without_files), time.process_time() + _DESIGN_CPU_S
     excitations: list[Excitation] = []
 
     def config(test: Test) -> dict[str, Any]:
@@ -103,6 +103,17 @@ def _of_samples(path: Path) -> dict[str, Any]:
             "divide it into several"
         )
     return {"tests": tests, "warm_up": warm_up, "excitations": excitations}
+
+
+def _without_files(config: Mapping[str, JSON], where: str) -> Excitation:
+    """The excitation of a design; raises DesignError where it would read a file of this computer."""
+    if reads_a_file(config):
+        record = Path(str(config.get("record"))).name
+        raise DesignError(
+            f"{where}: {record!a:.80} is a file of the computer that sent the plan: send it with 'damper-rig campaign "
+            "submit', which sends the samples of its records too"
+        )
+    return excitation_from_config(config, where)
 
 
 def _makes_it_again(config: Mapping[str, Any], excitation: Excitation) -> bool:

@@ -56,8 +56,9 @@ HEAD = 0.125
 # Two runs with spectra whose correlation exceeds this are one realisation: those of different phases have 1/√lines, at
 # most 0.5 for 15 lines; those of the same phases differ by the rig's repeatability, 1 % or less.
 ALIKE = 0.9
-# Ratio of two rms inputs within which runs are of one level: each realisation is scaled to its own peak, which changes
-# its rms by up to 20 %; 1.1 refuses such series, 1.6 mixes levels of a campaign.
+# Ratio of two rms inputs within which runs are of one level: realisations that were designed one by one each reach
+# their own peak, with rms values that differ by up to 20 % where lines are many. 1.1 takes these apart, 1.6 mixes
+# levels of a campaign.
 LEVEL_ALIKE = 1.3
 # Share of a found distortion that the rig's own input on the detection lines may make before it is told.
 CORRECTED = 0.3

@@ -44,11 +44,11 @@ def analyse_levels(runs: Sequence[Run]) -> tuple[AtLevel, ...]:
 
 
 def _groups(seen: Sequence[Setting]) -> list[list[int]]:
-    """Places of the runs of each level, ascending by the motion: every run of a group is like its smallest."""
+    """Places of the runs of each level, ascending by the motion: in a group every run is like every other."""
     order = sorted(range(len(seen)), key=lambda k: (seen[k].displacement_rms_m, seen[k].current_mean_a or 0.0))
     groups: list[list[int]] = []
     for k in order:
-        home = next((group for group in groups if seen[group[0]].is_like(seen[k], LEVEL_ALIKE)), None)
+        home = next((group for group in groups if all(seen[n].is_like(seen[k], LEVEL_ALIKE) for n in group)), None)
         if home is None:
             groups.append([k])
         else:

@@ -227,3 +227,16 @@ def test_what_exceeds_the_rig_is_listed(tmp_path: Path, capsys: pytest.CaptureFi
     assert main([*words, "--json"]) == 0
     [change] = json.loads(capsys.readouterr().out)["changes"]
     assert change.startswith("sine_100mm_1Hz: dropped")
+
+
+def test_what_was_scaled_is_said_of_a_single_excitation_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config = tmp_path / "wide.toml"
+    config.write_text(
+        "sample_rate = 1000.0\nf_start = 0.5\nf_end = 2.0\nduration = 20.0\n"
+        "[bounds]\nmax_displacement = 0.1\nmax_velocity = 1.0\n"
+    )
+    words = ["design", "sweep", str(config), "-o", str(tmp_path / "wide.h5"), "--envelope", RIG, "--scale-to-fit"]
+    assert main(words) == 0
+    said = capsys.readouterr().out.splitlines()[1]
+    assert said.startswith("excitation: scaled, level 1 →")
+    assert read_excitation(tmp_path / "wide.h5").figures["changes"] == [said]

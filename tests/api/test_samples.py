@@ -401,6 +401,48 @@ def test_the_command_submits_a_file_of_samples_once(
     assert "rig is missing: give --rig" in capsys.readouterr().err
 
 
+def replaying(folder: Path, ending: str) -> Path:
+    """A plan of a sine and a replay of a record that lies beside it."""
+    write_excitation(folder / "record.h5", drive())
+    bounds = {"max_displacement": 0.02, "max_velocity": 0.5}
+    replay = {"kind": "replay", "record": str(folder / "record.h5"), "channel": "displacement_command", "fade": 0.1}
+    plan = plan_from_config({"tests": [{**replay, "name": "again", "bounds": bounds, "current": 0.5}, SINE]})
+    write_plan(folder / f"replays.{ending}", plan)
+    return folder / f"replays.{ending}"
+
+
+@pytest.mark.parametrize("ending", ["toml", "csv", "h5"])
+def test_the_command_sends_the_samples_of_the_records_that_a_plan_replays(
+    ending: str,
+    base: str,
+    rig: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv("DAMPER_RIG_SERVICE", base)
+    file = replaying(tmp_path, ending)
+    monkeypatch.chdir("/")
+    ready(base, rig)
+    name = f"replays {os.urandom(4).hex()}"
+    submit = ["campaign", "submit", str(file), "--rig", rig, "--specimen", "d", "--name", name, "--watch", "--json"]
+    assert main(submit) == 0, capsys.readouterr().err
+    assert '"state": "done"' in capsys.readouterr().out
+    design = get(base, "/v1/designs?limit=1")["designs"][0]
+    kinds = [one["kind"] for one in get(base, f"/v1/designs/{design['id']}")["configurations"]]
+    assert kinds == ["samples", "sine"]
+
+
+def test_a_plan_that_names_a_file_of_the_service_is_refused_unread(client: httpx.Client, tmp_path: Path) -> None:
+    file = replaying(tmp_path, "h5")
+    refused = sent(client, file)
+    assert refused.status_code == 422, refused.text
+    assert "'record.h5' is a file of the computer that sent the plan" in refused.json()["detail"]
+    assert str(tmp_path) not in refused.text
+    (tmp_path / "record.h5").unlink()
+    assert sent(client, file).json()["detail"] == refused.json()["detail"]
+
+
 def test_what_kill_9_leaves_of_an_upload_is_removed_at_the_start(tmp_path: Path, file: Path) -> None:
     place = tmp_path / "lab" / "runs" / "samples"
     with Child(["serve", "--data", str(tmp_path / "lab"), "--port", "0"], tmp_path / "serve.log") as child:

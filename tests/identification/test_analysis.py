@@ -177,6 +177,25 @@ def test_other_lines_and_other_rates_are_other_designs() -> None:
     assert len({one.found.band_hz for one in levels}) == 3
 
 
+def _with_current(number: int, rms_a: float) -> Run:
+    current = {"f_min": 0.5, "f_max": 25.0, "lines": "odd-random", "min": 0.0, "max": 1.0}
+    run = multisine_run(number, changes={"current": current})
+    sizes = {"displacement": 0.002, "current": rms_a}
+    return replace(run, channels={**run.channels, **{name: _of_rms(run, name, size) for name, size in sizes.items()}})
+
+
+def _of_rms(run: Run, channel: str, rms: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    moving = run.channels[channel] - run.channels[channel].mean()
+    return np.asarray(moving * (rms / moving.std()))
+
+
+def test_currents_of_three_sizes_of_which_the_outer_ones_are_far_apart_are_more_than_one_level() -> None:
+    sizes = (0.2, 0.17, 0.24, 0.2, 0.17, 0.24)
+    levels = analyse_levels([_with_current(n, rms_a) for n, rms_a in enumerate(sizes)])
+    assert sum(len(one.found.played) for one in levels) == 6
+    assert len(levels) == 2
+
+
 def test_levels_are_told_drawn_and_saved_together(tmp_path: Path, capsys: Said) -> None:
     paths = [tmp_path / f"run{k}.h5" for k in range(2)]
     for path, run in zip(paths, (_held_at(0, 0.0), _held_at(0, 1.0)), strict=True):
