@@ -49,8 +49,8 @@ _ALONE = "x0 v0 v1 a0 i0 i1"
 # Without feedback: stop operators give the memory, so that nothing can diverge where the training never was.
 _STOPPED = (
     "x0 v0 v2 v5 v10 a0 P0 Q0 R0 i0 i1",
-    "v0 v1 v3 v6 P0 Q0 R0 S0 i0 i1",
-    "v0 v1 v2 P0 Q0 Q1 R0 R1 i0 i1",
+    "x0 v0 v1 v3 v6 P0 Q0 R0 S0 i0 i1",
+    "x0 v0 v1 v2 P0 Q0 Q1 R0 R1 i0 i1",
 )
 _LINEAR = (
     "F1 x0 v0 i0",
