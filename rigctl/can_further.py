@@ -24,6 +24,7 @@ FD_SAMPLES: Final = 2  # in one frame
 _WIDTH: Final = 3  # bytes of a channel: ±0.8 m, ±8 rad, ±800 kN, ±80 kN·m
 _MOST: Final = 1 << (8 * _WIDTH - 1)
 _SAMPLE: Final = _WIDTH * len(scaling.FURTHER)
+_LSB: Final = np.array(scaling.FURTHER)
 _FD_NUMBERS: Final = 1 << 15
 _TWO: Final = 0x8000  # of the number in an FD frame: it holds two samples
 
@@ -41,12 +42,13 @@ def unpack_further(
     parts: Mapping[int, bytes], *, run_id: int, following: int
 ) -> tuple[int, NDArray[np.float64]] | None:
     """Index and channels, (1, 10), of the frames of a sample by identifier; None where they are not all of one."""
-    if set(parts) != set(FURTHER) or len({data[:2] for data in parts.values()}) != 1:
+    of_sample = [parts.get(identifier, b"") for identifier in FURTHER]
+    if any(len(data) != 8 or data[:2] != of_sample[0][:2] for data in of_sample):
         return None
-    number = int.from_bytes(parts[FURTHER[0]][:2], "little")
+    number = int.from_bytes(of_sample[0][:2], "little")
     if number >> 12 != run_id & 0xF:
         return None
-    whole = b"".join(parts[identifier][2:] for identifier in FURTHER)
+    whole = b"".join(data[2:] for data in of_sample)
     return nearest(number & CAPTURE_NUMBERS - 1, following, CAPTURE_NUMBERS), _unpacked(whole)
 
 
@@ -78,7 +80,7 @@ def _check(number: int, first: int, run_id: int, body: bytes) -> int:
 
 def _packed(values: NDArray[np.float64]) -> list[bytes]:
     """Each sample as bytes; OverflowError where a channel does not fit."""
-    counts = np.rint(values / np.array(scaling.FURTHER))
+    counts = np.rint(values / _LSB)
     if counts.size and not (counts.min() >= -_MOST and counts.max() < _MOST):
         raise OverflowError(f"a channel of a further axis does not fit {8 * _WIDTH} bits")
     octets = counts.astype("<i4").view(np.uint8).reshape(values.shape[0], len(scaling.FURTHER), 4)
@@ -86,8 +88,6 @@ def _packed(values: NDArray[np.float64]) -> list[bytes]:
 
 
 def _unpacked(whole: bytes) -> NDArray[np.float64]:
-    octets = np.frombuffer(whole, dtype=np.uint8).reshape(-1, _WIDTH)
-    sign = np.where(octets[:, -1:] & 0x80, 0xFF, 0).astype(np.uint8)
-    counts = np.hstack([octets, sign]).view("<i4")
-    values: NDArray[np.float64] = counts.reshape(-1, len(scaling.FURTHER)) * np.array(scaling.FURTHER)
+    counts = [int.from_bytes(whole[k : k + _WIDTH], "little", signed=True) for k in range(0, len(whole), _WIDTH)]
+    values: NDArray[np.float64] = np.array(counts).reshape(-1, len(scaling.FURTHER)) * _LSB
     return values

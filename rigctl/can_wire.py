@@ -370,8 +370,9 @@ class CanTransport:
         following = self._further.next
         if self._fd:
             self._append(self._further, can_further.unpack_further_fd(data, run_id=self._run_id, following=following))
-        elif len(data) == 8:
-            self._parts[number] = data
+            return
+        self._parts[number] = data
+        if number == can_further.FURTHER[-1]:
             found = can_further.unpack_further(self._parts, run_id=self._run_id, following=following)
             self._append(self._further, found)
 
