@@ -16,6 +16,9 @@ from identification.record import ROUNDING, Record
 
 Floats = NDArray[np.float64]
 
+_BANDS, _LEAST_LINES = 8, 50  # of a spectrum, at most and at least: the mean power of 50 lines scatters by 14 %
+_LOUD = 0.01  # of the loudest band: what a quieter one says is lost in the leakage of the others
+
 
 def with_motion_noise(record: Record, model: Model) -> Record:
     """The record with the noise floor that `model` can reach on it.
@@ -31,6 +34,7 @@ def with_motion_noise(record: Record, model: Model) -> Record:
     if not 0.0 < size < FORM.minor * float(np.sqrt(np.mean(record.measured**2))):
         return record
     if not (record.period and record.measured.size >= 2 * record.period):
+        size *= _borne_out(stray, record, model)
         sigma = float(np.hypot(record.sigma, size))
         share = _independent(stray, record.sigma**2 * record.independent)
         modelled = 1.0 - (record.sigma / sigma) ** 2
@@ -46,6 +50,20 @@ def with_motion_noise(record: Record, model: Model) -> Record:
         independent=_independent(noise, single**2 - float(np.mean(noise**2))),
         modelled=max(0.0, 1.0 - (record.sigma / single) ** 2),
     )
+
+
+def _borne_out(stray: Floats, record: Record, model: Model) -> float:
+    """The share of the motion's noise, at most 1, that what the model leaves bears out.
+
+    The noise adds to whatever else is left, at every frequency: where less is left than it would make, it is less.
+    """
+    left = record.measured - predict(model, record)[0]
+    of_noise, of_rest = (np.abs(np.fft.rfft(e - e.mean()))[1:] ** 2 for e in (stray, left))
+    bands = min(_BANDS, max(of_noise.size // _LEAST_LINES, 1))
+    parts = [(float(np.mean(a)), float(np.mean(b))) for a, b in
+             zip(np.array_split(of_noise, bands), np.array_split(of_rest, bands), strict=True)]  # fmt: skip
+    loud = max(own for own, _ in parts)
+    return min(1.0, *(float(np.sqrt(rest / own)) for own, rest in parts if own > _LOUD * loud))
 
 
 def _independent(noise: Floats, white: float) -> float:

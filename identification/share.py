@@ -1,4 +1,4 @@
-"""A fair share of long records: the piece of each in which a search for what a model lacks can learn most."""
+"""A fair share of long records: as many samples as their motion needs, and the piece in which a search learns most."""
 
 from __future__ import annotations
 
@@ -10,23 +10,61 @@ from numpy.typing import NDArray
 
 from identification.criteria import BUDGET
 from identification.models.motion import Motion
-from identification.record import Record
+from identification.record import Record, Window, is_steady
 
 Floats = NDArray[np.float64]
 
+# Samples that a thinned motion keeps in a cycle as quick as its fastest turn: a sine then moves by 0.05 % of its stroke
+# in the sample at its turn, below the travel in which a friction builds up. Every further one costs time alone.
+_A_CYCLE = 100.0
 _SERIES = ("x", "v", "a", "i", "temperature", "t")
 
 
 def fair_shares(records: Sequence[Record], residuals: Sequence[Floats]) -> list[Record]:
     """The records, those without a period cut so that together they have few samples where they had many.
 
-    Each keeps one piece: that with most energy in its residual (M,), N, of the model that is to be improved. A piece
-    spans two cycles of the motion at least, and before it the simulation has gone through the whole travel.
+    A motion that is sampled far more finely than it turns is thinned. Of what is then too long each keeps one piece:
+    that with most energy in its residual (M,), N, of the model that is to be improved. A piece spans two cycles of the
+    motion at least, and before it the simulation has gone through the whole travel.
     """
-    most = BUDGET.samples / max(sum(r.measured.size for r in records), 1)
-    if most >= 1.0:
+    if _share(records) >= 1.0:
         return list(records)
-    return [r if r.period else _piece(r, e, most) for r, e in zip(records, residuals, strict=True)]
+    thin = [_thinned(r, e) for r, e in zip(records, residuals, strict=True)]
+    most = _share([r for r, _ in thin])
+    return [r if r.period or most >= 1.0 else _piece(r, e, most) for r, e in thin]
+
+
+def _share(records: Sequence[Record]) -> float:
+    """The share of the samples of all records that a search uses; 1 and more: all."""
+    return BUDGET.samples / max(sum(r.measured.size for r in records), 1)
+
+
+def _thinned(record: Record, residual: Floats) -> tuple[Record, Floats]:
+    """Every k-th sample of a record and of its residual, with 100 in a cycle of the motion still.
+
+    A current that varies needs every sample: a step between two of them would be a lag.
+    """
+    k = 1 if record.period or not is_steady(record.motion.i) else _stride(record.motion)
+    if k == 1:
+        return record, residual
+    at = np.arange(record.force.size)[record.window]
+    kept = at % k == 0
+    motion = replace(record.motion, dt=k * record.dt, **{n: getattr(record.motion, n)[::k] for n in _SERIES})
+    simulated = None if record.simulated is None else record.simulated[::k]
+    thin = replace(
+        record, motion=motion, force=record.force[::k], window=_as_slice(at[kept] // k), simulated=simulated, again=None
+    )
+    return thin, residual[kept]
+
+
+def _stride(motion: Motion) -> int:
+    """Samples of a motion for one that it needs: a cycle as quick as its fastest turn has 2π·max abs(v)/max abs(a)."""
+    cycle = 2.0 * np.pi * float(np.max(np.abs(motion.v))) / max(float(np.max(np.abs(motion.a))), 1e-300)
+    return max(1, int(cycle / motion.dt / _A_CYCLE))
+
+
+def _as_slice(at: NDArray[np.int64]) -> Window:
+    return slice(int(at[0]), int(at[-1]) + 1) if at.size == at[-1] - at[0] + 1 else at
 
 
 def _piece(record: Record, residual: Floats, share: float) -> Record:
@@ -44,7 +82,7 @@ def _piece(record: Record, residual: Floats, share: float) -> Record:
         record,
         motion=_between(record.motion, begin, stop),
         force=record.force[begin:stop],
-        window=slice(int(kept[0]) - begin, stop - begin) if kept.size == stop - kept[0] else kept - begin,
+        window=_as_slice(kept - begin),
         simulated=simulated,
         again=None,
     )

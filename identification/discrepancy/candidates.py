@@ -49,12 +49,22 @@ def remove_limits(e: Element) -> Element:
     return replace(e, parameters=tuple(replace(p, low=None, high=None) for p in e.parameters))
 
 
+def at_limit(e: Element) -> bool:
+    """Whether a free parameter lies on a limit of the search, or on a bound of its own that no case of it means."""
+    for spec, p in zip(e.spec.parameters, e.parameters, strict=True):
+        low, high = spec.low if p.low is None else p.low, spec.high if p.high is None else p.high
+        own = (p.low is not None or p.high is not None) or not spec.bound_is_meant
+        if not p.fixed and own and not low < p.value < high:
+            return True
+    return False
+
+
 def admissible(model: Model, records: Sequence[Record], scales: Scales) -> list[str]:
     """Names that might be added to `model` and that these records could show at all.
 
     Left out: what the model has, what acts on a current or a temperature that does not vary, and a constant force
-    beside a free one, which is the same thing; on top of a foreign simulation all that changes its inside. Elements
-    that are found in another way, such as a tone, have no first values here.
+    beside a free one or a free preload, which is the same thing; on top of a foreign simulation all that changes its
+    inside. Elements that are found in another way, such as a tone, have no first values here.
     """
     foreign = any(r.simulated is not None for r in records)  # whose inside nobody can reach
     current = any(r.has_current for r in records) and scales.current_high > scales.current_low
@@ -81,4 +91,4 @@ def _temperature_varies(records: Sequence[Record]) -> bool:
 
 
 def _free_constant(model: Model) -> bool:
-    return any(e.spec.parameters[k].outside and not e.parameters[k].fixed for e, k in model.slots())
+    return any((p := e.spec.parameters[k]).outside or p.preload for e, k in model.slots() if not e.parameters[k].fixed)

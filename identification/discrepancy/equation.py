@@ -68,11 +68,16 @@ def describe(records: Sequence[Record], at: Tangent) -> Equation:
 
 
 def _stacked(records: Sequence[Record], at: Tangent) -> tuple[dict[str, tuple[str, ...]], dict[str, Floats]]:
-    """Labels and projected whitened columns (M, 1 or 2) of every term that is not absorbed by the model."""
+    """Labels and projected whitened columns (M, 1 or 2) of every term that is not absorbed by the model.
+
+    Terms of a current or a temperature are there where every record has it.
+    """
     scales = _scales(records)
     each = [_library(r, scales) for r in records]
     labels, columns = {}, {}
     for name, (label, _) in each[0].items():
+        if any(name not in part for part in each):
+            continue
         whole = np.concatenate(
             [w * part[name][1][r.window] for part, w, r in zip(each, at.weights, records, strict=True)]
         )

@@ -35,6 +35,11 @@ def significant_excess(records: Sequence[Record]) -> float:
     return CHANCE.sigmas * float(np.sqrt(spread)) + CHANCE.modelled_noise_error * unsure
 
 
+def is_seen(excess: float, records: Sequence[Record]) -> bool:
+    """Whether an excess is no noise and matters."""
+    return excess > max(material_excess(records), significant_excess(records))
+
+
 def contribution(model: Model, name: str, records: Sequence[Record]) -> float:
     """Whitened energy of what an element (by its id) adds to the force of the model, all else unchanged.
 

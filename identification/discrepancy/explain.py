@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from identification.criteria import BUDGET, CHANCE
+from identification.criteria import BUDGET, CHANCE, FORM
 from identification.datachecks import findings_in
-from identification.discrepancy.candidates import remove_limits
+from identification.discrepancy.candidates import at_limit, remove_limits
 from identification.discrepancy.distortion import distortion_of
-from identification.discrepancy.excess import excess_of, material_excess, significant_excess
+from identification.discrepancy.excess import excess_of, is_seen
 from identification.discrepancy.explanation import Explanation, NextTest, Traces
 from identification.discrepancy.hum import Hum, find_hum, hum_in
 from identification.discrepancy.naming import Compared
@@ -43,6 +44,7 @@ from identification.motion_noise import with_motion_noise
 from identification.physical.elements import CATALOGUE, TONE
 from identification.physical.model import Model, name_of
 from identification.physical.predict import predict
+from identification.quieter import quieter
 from identification.record import Record, compact, noise_without, same_load_cell
 from identification.share import fair_shares
 from rigctl.runfile import Run
@@ -78,7 +80,17 @@ def explain(
     model, train, held = prepared(model, runs, held_out)
     report("fitting the model as given", 0.05)
     base = fit_records(model, [compact(r) for r in train])
+    train, held = ([quieter(r, base.model) for r in rs] for rs in (train, held))
+    base = fit_records(model, [compact(r) for r in train])
     result = _search(model, base, _find_hum(base.model, train), train, held, report)
+    named = result.found.fit.model
+    less = [[quieter(r, named) for r in rs] for rs in (train, held)]
+    if result.names and _is_much_quieter([with_motion_noise(r, named) for r in less[0]], result.train):
+        report("the named effects were part of what was taken for noise: repeating the search", 0.5)
+        train, held = less
+        base = fit_records(model, [compact(r) for r in train])
+        again = partial(_search, model, base, result.hum, train, held, level=named)
+        result = again(report=lambda text, done: report(text, max(done, 0.5)))
     if result.hum is not None and result.found.names and _find_hum(result.found.fit.model, result.train) is None:
         report("the hum was part of a named effect: repeating the search without it", 0.5)
         result = _search(model, base, None, train, held, lambda text, done: report(text, max(done, 0.5)))
@@ -87,6 +99,11 @@ def explain(
     every = [*runs, *(held_out or ())]
     found = _conclude(model, result, odd, findings_in(every), report)
     return replace(found, distortion=distortion_of(every, found.traces))
+
+
+def _is_much_quieter(now: Sequence[Record], before: Sequence[Record]) -> bool:
+    """Whether the noise of a record turned out to be less than it was taken for, by more than its estimate scatters."""
+    return any(r.sigma < (1.0 - FORM.minor) * q.sigma for r, q in zip(now, before, strict=True))
 
 
 def _without_odd_run(
@@ -104,15 +121,21 @@ def _without_odd_run(
 
 
 def _search(
-    model: Model, base: Fit, hum: Hum | None, train: Sequence[Record], held: Sequence[Record], report: Progress
+    model: Model,
+    base: Fit,
+    hum: Hum | None,
+    train: Sequence[Record],
+    held: Sequence[Record],
+    report: Progress,
+    level: Model | None = None,
 ) -> SearchResult:
-    """Search for what `base` is missing beside a hum."""
+    """Search for what `base` is missing beside a hum; `level` is the model that tells the noise, the base without it."""
     quiet = _remove_hum(base, hum, train)
     if hum is not None:
         train, held = _estimate_noise(base, hum, train, held)
         quiet = _remove_hum(base, hum, train)
         base = fit_records(model, quiet)
-    train, held = ([with_motion_noise(r, base.model) for r in rs] for rs in (train, held))
+    train, held = ([with_motion_noise(r, level or base.model) for r in rs] for rs in (train, held))
     quiet = [_with_noise_of(q, r) for q, r in zip(quiet, train, strict=True)]
     base = fit_records(base.model, quiet)
     pieces = fair_shares(quiet, base.residuals)
@@ -123,16 +146,16 @@ def _search(
     only_held_out = not _is_seen(base, quiet) and gap_on(unseen, base, quiet)
     if only_held_out:  # the doubt about their noise is no longer what decides
         quiet = [replace(r, modelled=0.0, independent=1.0, floor_variance=1.0) for r in quiet]
-    found, evidence, withheld = search_in_passes(model, base, quiet, unseen, lambda text: report(text, 0.4))
+    found, evidence, withheld, within = search_in_passes(model, base, quiet, unseen, lambda text: report(text, 0.4))
     return SearchResult(
         base=base, found=found, evidence=evidence, withheld=withheld, hum=hum, train=train, held=held, quiet=quiet,
-        only_held_out=only_held_out,
+        only_held_out=only_held_out, within=within,
     )  # fmt: skip
 
 
 def _is_seen(base: Fit, records: Sequence[Record]) -> bool:
     """Whether the fitted runs show a gap."""
-    return excess_of(base) > max(material_excess(records), significant_excess(records))
+    return is_seen(excess_of(base), records)
 
 
 def _find_hum(model: Model, train: Sequence[Record]) -> Hum | None:
@@ -202,15 +225,27 @@ def _conclude(
 
 
 def _fit_final(result: SearchResult) -> Model:
-    """The model with all names, fitted to the whole records without the limits that only the search needed."""
+    """The model with all names, fitted to the whole records.
+
+    Limits that only the search needed go where a value lies on one and the fit without them is better, with no value on
+    a bound of its own: else it would have lost the element.
+    """
     base, found, hum = result.base.model, result.found, result.hum
     if not found.names and hum is None and found.fit.model == base:
         return base
     grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
     added = [e.id in found.names or e.id not in base.ids for e in grown.elements]
-    elements = tuple(remove_limits(e) if new else e for e, new in zip(grown.elements, added, strict=True))
-    final = fit_records(replace(grown, elements=elements), result.train, max_iterations=BUDGET.fit_iterations)
-    return with_solver_error(final, result.train).model
+    final = fit_records(grown, result.train, max_iterations=BUDGET.fit_iterations)
+    new = [e for e, is_new in zip(final.model.elements, added, strict=True) if is_new]
+    if any(at_limit(e) for e in new):
+        elements = tuple(remove_limits(e) if e in new else e for e in final.model.elements)
+        free = fit_records(replace(final.model, elements=elements), result.train, max_iterations=BUDGET.fit_iterations)
+        lost = any(at_limit(free.model.element(e.id)) for e in new)
+        final = final if lost or free.chi2 > final.chi2 - CHANCE.slack else free
+    model = with_solver_error(final, result.train).model
+    return replace(
+        model, elements=tuple(remove_limits(e) if n else e for e, n in zip(model.elements, added, strict=True))
+    )
 
 
 def _without_harm(result: SearchResult, final: Model, base: Model) -> tuple[SearchResult, Model]:

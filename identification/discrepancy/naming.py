@@ -92,7 +92,7 @@ def search_from(
     swapped = False
     been = [s for other in others for s in (other, *(before for before, _ in steps(other)))]
     while not state.full and gap_remains(state, records):
-        if any(_is_at(state, other) for other in been):
+        if any(_is_at(state, other) for other in been) or _leads_nowhere(state):
             break
         report(f"{len(state.names)} named so far, the gap is {_ratio_to_noise(state):.1f} × the noise of a mean period")
         improved = improve_once(state, records)
@@ -104,6 +104,12 @@ def search_from(
             break
         state = improved
     return _beside_form(state, records) if state.names and not gap_remains(state, records) else state
+
+
+def _leads_nowhere(state: Search) -> bool:
+    """Whether the two latest names each closed a minor part of what was left: such names are not believed either."""
+    closed = [1.0 - m.excess_after / max(m.excess_before, 1e-300) for m in state.moves if m.kind == "add"][-2:]
+    return len(closed) > 1 and max(closed) < FORM.minor
 
 
 def _beside_form(state: Search, records: Sequence[Record]) -> Search:
@@ -228,7 +234,9 @@ def add_name(
 ) -> Search:
     """Add the name that was chosen among the trials, and revise the earlier ones beside it; see `improve_once`."""
     improved = _refine_curves(_append_name(state, chosen, found), records)
-    return (revise or revise_names)(improved, records) if len(improved.names) > 1 else improved
+    if len(improved.names) == 1:
+        return improved
+    return _refine_curves((revise or revise_names)(improved, records), records)
 
 
 def _refine_curves(state: Search, records: Sequence[Record]) -> Search:
@@ -301,6 +309,8 @@ def repeat_trials(
     if rest is None:
         return state
     form = FORM.tolerance**2 * contribution(state.fit.model, name, records)
+    if _is_preload_of(state.fit.model, name):  # which then only makes up for what the form of the other leaves
+        form = max(form, FORM.helps * state.base_excess)
     if excess_of(rest) <= state.excess + form + CHANCE.slack:
         return _drop(state, name, rest)
     beside_friction = any(e.spec.friction for e in _named(state) if e.id != name)
@@ -319,6 +329,12 @@ def repeat_trials(
     if best is None or best.id == name or not _is_better(best, name, found, state):
         return state
     return _swap(state, name, best, _comparison(rest, others, found))
+
+
+def _is_preload_of(model: Model, name: str) -> bool:
+    """Whether an element, by its id, is a constant force beside another that has one as its preload."""
+    others = [p for e in model.elements if e.id != name for p in e.spec.parameters]
+    return model.element(name).spec.constant_force and any(p.preload for p in others)
 
 
 def _replace_stuck(own: Trial, state: Search, rest: Fit, records: Sequence[Record]) -> Trial:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from identification.criteria import FORM
 from identification.discrepancy.evidence import Evidence
+from identification.discrepancy.excess import is_seen
 from identification.discrepancy.naming import Compared, Search, drop_departures, fit_without, gap_remains, steps
 from identification.discrepancy.search import search
 from identification.discrepancy.verdict import drop_doubtful
@@ -15,27 +16,34 @@ from identification.physical.model import Model
 from identification.record import Record
 
 Found = tuple[Search, list[Evidence], list[Evidence]]
+Asked = tuple[Search, list[Evidence], list[Evidence], Search | None]
 Report = Callable[[str], None]
 
 
 def search_in_passes(
     given: Model, base: Fit, records: Sequence[Record], held_out: Sequence[Record], report: Report
-) -> Found:
-    """Names that `base` is missing on `records` (compact), the evidence for them, and that for names not stated.
+) -> Asked:
+    """Names that `base` is missing on `records` (compact), the evidence for them, that for names not stated, and what a
+    last pass found within the tolerance of form.
 
-    A doubtful name that is taken back leaves room for another: the search is repeated with the names that stand as part
-    of the base, until a pass finds none or what is left is within the tolerance of form.
+    A doubtful name that is taken back leaves room for another, and a small effect hides in the error of form that a
+    large one may have: the search is repeated with the names that stand as part of the base, until a pass finds none.
+    What it finds within the tolerance of form counts where it closes nearly all that was left: a departure of form is
+    no other element.
     """
     found, evidence, withheld = _one_pass(given, base, (), records, held_out, report)
-    latest = found.names
-    while latest and len(found.names) < FORM.most_effects and gap_remains(found, records):
+    latest, within = found.names, None
+    while latest and len(found.names) < FORM.most_effects and is_seen(found.excess, records):
         report(f"searching for more beside {len(found.names)}")
         more, new, doubtful = _one_pass(found.fit.model, found.fit, found.names, records, held_out, report)
-        withheld = list({e.name: e for e in (*withheld, *doubtful)}.values())
         latest = more.names
+        if latest and not (gap_remains(found, records) or more.excess < FORM.minor * found.excess):
+            within = more
+            break
+        withheld = list({e.name: e for e in (*withheld, *doubtful)}.values())
         if latest:
             found, evidence = _together(found, more, records), [*evidence, *new]
-    return found, evidence, [e for e in withheld if e.name not in found.names]
+    return found, evidence, [e for e in withheld if e.name not in found.names], within
 
 
 def _one_pass(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.criteria import FORM
-from identification.discrepancy.excess import excess_of
+from identification.discrepancy.excess import excess_of, is_seen
 from identification.discrepancy.naming import (
     Search,
     add_name,
@@ -43,7 +43,7 @@ def search(
     found = drop_needless(last, records)
     searched = [last]
     starts = other_starts(last, given, base, records)
-    while gap_remains(found, records) and (another := next(starts, None)) is not None:
+    while is_seen(found.excess, records) and (another := next(starts, None)) is not None:
         text, start = another
         report(f"a gap remains: searching again {text}")
         searched.append(search_from(start, records, report, searched))
@@ -68,9 +68,10 @@ def start_state(given: Model, base: Fit, records: Sequence[Record]) -> Search:
 
 
 def other_starts(last: Search, given: Model, base: Fit, records: Sequence[Record]) -> Iterator[tuple[str, Search]]:
-    """Where the names explain the gap, the second choice at the last and at the first of them; and the base limited to
-    near its given values, where its refit has left them and one name then closes much."""
-    added = steps(last) if explains(last) else []
+    """Where the names explain the gap and leave more than the error of their forms, the second choice at the last and
+    at the first of them; and the base limited to near its given values, where its refit has left them and one name then
+    closes much."""
+    added = steps(last) if explains(last) and gap_remains(last, records) else []
     for before, after in (*added[:1], *added[1:][-1:]):
         second = _second_choice(before, after, last.names, records)
         if second is not None and frozenset(second.names) != last.dead_end:

@@ -150,17 +150,19 @@ def _fit_from_simpler(denied: Trial, found: Sequence[Trial], its: _Round) -> Tri
 
 def _with_limits(found: list[Trial], its: _Round, excluded: Collection[str]) -> list[Trial]:
     """The trials and, as long as the choice is a richer element, those of its limits that start out of its fit and are
-    no worse than it: then the richer one says nothing more.
+    no worse than it: then the richer one says nothing more. Of an element that is mistaken for another, every limit.
 
     A signature promises little where no first value is near: a limit of the element that fits has its values.
     """
     tried, out = set[str](), {*excluded, *(e.name for e in its.start.model.elements)}
-    while (chosen := choose(found)) is not None and chosen.name not in tried:
-        tried.add(chosen.name)
-        for name, growth in _limits_of(chosen.name):
-            limit = None if name in out else _fit_out_of(chosen, growth, name, its)
-            if limit is not None and limit.excess <= chosen.excess + CHANCE.slack:
-                found = [*(t for t in found if t.name != name), limit]
+    while richer := [t for t in found if t.name not in tried and (t is choose(found) or is_mistaken(t))]:
+        rich = richer[0]
+        tried.add(rich.name)
+        worst = np.inf if is_mistaken(rich) else rich.excess + CHANCE.slack
+        for name, growth in _limits_of(rich.name):
+            limit = None if name in out else _fit_out_of(rich, growth, name, its)
+            if limit is not None and limit.excess <= worst:
+                found = [*(t for t in found if t.name != name or t.excess < limit.excess), limit]
     return found
 
 

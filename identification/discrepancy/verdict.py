@@ -15,6 +15,7 @@ from identification.discrepancy.evidence import Evidence, gather, main_doubt
 from identification.discrepancy.excess import (
     excess_of,
     form_error,
+    is_seen,
     material_excess,
     significant_excess,
 )
@@ -45,6 +46,7 @@ class SearchResult:
     held: Sequence[Record]
     quiet: Sequence[Record]
     only_held_out: bool = False  # the held-out runs show a gap of the base, the fitted ones do not
+    within: Search | None = None  # what a search beside the names found within the tolerance of their forms
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -140,9 +142,9 @@ def test_is_worthwhile(judged: Judgement, runs: int) -> bool:
 
 def _verdict(result: SearchResult, held: Gaps) -> Verdict:
     if not result.names:
-        gap = result.found.excess > max(material_excess(result.quiet), significant_excess(result.quiet))
+        gap = is_seen(result.found.excess, result.quiet)
         return Verdict.UNKNOWN_EFFECT if gap or result.only_held_out else Verdict.NO_DISCREPANCY
-    left = _left_over(result.found, result.hum, result.quiet) or not _carries_over(held)
+    left = result.within is not None or _left_over(result.found, result.hum, result.quiet) or not _carries_over(held)
     return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
 
 
@@ -226,8 +228,17 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
     if verdict == Verdict.UNKNOWN_EFFECT:
         near = _nearest(found, result.withheld)
         return f"a repeatable {size:.3g} N rms that no element of the catalogue explains; {where}{near}; {like}"
-    near = _nearest(found, result.withheld) if result.withheld else ""
+    near = _within(result) or (_nearest(found, result.withheld) if result.withheld else "")
     return f"a repeatable {size:.3g} N rms stays after the named effects; before them the gap lay {where}{near}; {like}"
+
+
+def _within(result: SearchResult) -> str:
+    """What a search beside the names found, where that may as well be the form of these."""
+    if result.within is None:
+        return ""
+    titles = " and ".join(CATALOGUE[name_of(n)].title for n in result.within.names)
+    share = 1.0 - max(result.within.excess, 0.0) / max(result.found.excess, 1e-300)
+    return f"; {titles} would close {share:.0%} of it, but the form of the named effects may be what is left"
 
 
 def _beyond_noise(fit: Fit, records: Sequence[Record]) -> float:

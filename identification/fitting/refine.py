@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 from identification.criteria import BUDGET, CHANCE, FORM
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
+from identification.physical.elements import ParameterSpec
 from identification.physical.model import Model, Parameter
 from identification.record import Record
 from identification.scales import scales_of
@@ -16,36 +18,52 @@ from identification.scales import scales_of
 def refine_curve(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     """The fit with the finer shape of one element free, where it has one and the data show it; else as it is.
 
-    Then the same with its gain on the current: how large the effect is may follow the current as the base does.
+    The same with its gain on the current: how large the effect is may follow the current as the base does. Of the two
+    the one that explains more comes first.
     """
-    own = fit.model.elements[index]
-    shape = [k for k, s in enumerate(own.spec.parameters) if s.refinement and not s.gain]
-    if shape:
-        fit = _freed(fit, index, shape, _start({own.spec.parameters[k].unit for k in shape}, records, fit.rms), records)
-    gains = [k for k, s in enumerate(own.spec.parameters) if s.refinement and s.gain]
-    return _freed(fit, index, gains, Parameter(value=0.0), records) if any(r.has_current for r in records) else fit
+    specs = fit.model.elements[index].spec.parameters
+    shape = [k for k, s in enumerate(specs) if s.refinement and not s.gain]
+    gains = [k for k, s in enumerate(specs) if s.refinement and s.gain and any(r.has_current for r in records)]
+    ways = {tuple(shape): _start({specs[k].unit for k in shape}, records, fit.rms), tuple(gains): Parameter(value=0.0)}
+    while ways:
+        finer = {numbers: _freed(fit, index, numbers, free, records) for numbers, free in ways.items()}
+        best = min(finer, key=lambda numbers: finer[numbers].chi2)
+        fit = finer[best]
+        del ways[best]
+    return fit
 
 
 def _freed(fit: Fit, index: int, numbers: Sequence[int], free: Parameter, records: Sequence[Record]) -> Fit:
-    """The fit with some parameters of one element free, where it is clearly the better."""
+    """The fit with some parameters of one element free, where it is clearly the better.
+
+    What else of its finer shape is free goes where these alone fit as well: it was freed when the model lacked more.
+    """
     own = fit.model.elements[index]
     finer = [k for k in numbers if own.parameters[k].fixed]
     excess = fit.chi2 - fit.samples
     if not finer or excess < CHANCE.at_noise * fit.samples:
         return fit
-    parameters = tuple(free if k in finer else p for k, p in enumerate(own.parameters))
+    beside = tuple(free if k in finer else p for k, p in enumerate(own.parameters))
+    alone = tuple(_neutral(s) if s.refinement and k not in finer else p
+                  for k, (s, p) in enumerate(zip(own.spec.parameters, beside, strict=True)))  # fmt: skip
+    shaped = [_refitted(fit, index, parameters, records) for parameters in dict.fromkeys((alone, beside))]
+    least = min(s.chi2 for s in shaped)
+    best = next(s for s in shaped if s.chi2 <= least + CHANCE.slack)
+    return best if best.chi2 < fit.chi2 - max(CHANCE.slack, FORM.helps * excess) else fit
+
+
+def _neutral(spec: ParameterSpec) -> Parameter:
+    return Parameter(value=spec.default or 0.0, fixed=True)
+
+
+def _refitted(fit: Fit, index: int, parameters: tuple[Parameter, ...], records: Sequence[Record]) -> Fit:
+    """The fit with other parameters of one element; as it is where the model can't run with them."""
     elements = list(fit.model.elements)
-    elements[index] = replace(own, parameters=parameters)
-    try:
-        shaped = fit_records(
-            replace(fit.model, elements=tuple(elements)),
-            records,
-            max_iterations=BUDGET.fit_iterations,
-            tolerance=BUDGET.flat,
-        )
-    except SimulationError:
-        return fit
-    return shaped if shaped.chi2 < fit.chi2 - max(CHANCE.slack, FORM.helps * excess) else fit
+    elements[index] = replace(elements[index], parameters=parameters)
+    model = replace(fit.model, elements=tuple(elements))
+    with suppress(SimulationError):
+        return fit_records(model, records, max_iterations=BUDGET.fit_iterations, tolerance=BUDGET.flat)
+    return fit
 
 
 def refine_curves(fit: Fit, records: Sequence[Record]) -> Fit:
@@ -65,7 +83,12 @@ def with_shapes_of(model: Model, fitted: Model) -> Model:
 
 
 def _start(units: set[str], records: Sequence[Record], gap: float) -> Parameter:
-    """First value and limits of a build-up: at zero its gradient vanishes, and a step that lands there would stay."""
+    """First value and limits of a build-up: at zero its gradient vanishes, and a step that lands there would stay.
+
+    A share has a gradient there.
+    """
+    if units == {"–"}:
+        return Parameter(value=0.0)
     scales = scales_of(records, gap)
     scale = scales.speeds[0] if units == {"m/s"} else FORM.minor * scales.x_rms
     return Parameter(value=BUDGET.build_up * scale, low=CHANCE.visible * scale, high=FORM.disproportionate * scale)

@@ -177,7 +177,7 @@ def collocate(core, drive, mounting, at, space, nodes, wanted):
     h_a, by_rate, by_force, driver, rate, stage, m = (
         nodes.h_a, nodes.by_rate, nodes.by_force, nodes.driver, nodes.rate, nodes.stage, nodes.m,
     )  # fmt: skip
-    shape, changed = nodes.shape[sub], core.modified or core.rare
+    shape, changed = nodes.shape[sub], core.modified or core.rare or core.leans
     _place(core, drive, i, shape, nodes)
     k, c, by_u, e0, f2, tolerance = mount.k, mount.c, mount.c_control, state[E], state[BRANCH], state[TOLERANCE]
     cm = (c + by_u * driver[0, U], c + by_u * driver[1, U], c + by_u * driver[2, U])

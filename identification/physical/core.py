@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from identification.compiled import compiled, inlined
 from identification.physical.elements import SHIFT, Family
-from identification.physical.elements.equations.damping import damping
+from identification.physical.elements.equations.damping import ASYMMETRY, SHARE, damping
 from identification.physical.elements.equations.friction import friction
 from identification.physical.elements.equations.modifiers import modifier
 from identification.physical.elements.equations.motion import motion_force
@@ -32,6 +32,34 @@ def rare_forces(core, at, memory, work):
             f_w += own.by_w
             f_u += own.by_u
     return f, f_w, f_u
+
+
+@compiled
+def lean(core, at, work, wanted):
+    """What asymmetries add as a share of the size of all other damping curves, share·|f_d|, with its slopes by z, w and
+    u; where `wanted`, it brings the partials of these curves to their changed force."""
+    share, f, f_z, f_w, f_u = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(core.codes.size):
+        code, o = core.codes[k], core.offsets[k]
+        if code == ASYMMETRY:
+            share += core.p[o + SHARE]
+        elif code >> SHIFT == _DAMPING:
+            own = damping(code, core.p, o, at, work.dp, False)
+            f += own.f
+            f_z += own.by_z
+            f_w += own.by_w
+            f_u += own.by_u
+    side = 1.0 if f > 0.0 else -1.0
+    more = share * side
+    for k in range(core.codes.size if wanted else 0):
+        code, o = core.codes[k], core.offsets[k]
+        if code == ASYMMETRY:
+            work.dp[o + SHARE] = abs(f)
+        elif code >> SHIFT == _DAMPING:
+            for j in range(o, core.offsets[k + 1]):
+                if core.scaling[j] == SCALED:
+                    work.dp[j] *= 1.0 + more
+    return more * f, more * f_z, more * f_w, more * f_u
 
 
 @inlined
@@ -93,6 +121,12 @@ def core_force(core, at, memory, work, wanted):
             f, f_z = spring(code, core.p, o, at.z, at.temperature, work.dp, wanted)
             other += f
             other_z += f_z
+    if core.leans:
+        f, f_z, f_w, f_u = lean(core, at, work, wanted)
+        diss += f
+        diss_z += f_z
+        diss_w += f_w
+        diss_u += f_u
     if core.rare:
         f, f_w, f_u = rare_forces(core, at, memory, work)
         diss += f

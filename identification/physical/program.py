@@ -35,6 +35,7 @@ class Core(NamedTuple):
     scaling: Integers  # (P,) UNSCALED, SCALED or FACTOR
     modified: bool  # some element multiplies the dissipative sum
     rare: bool  # some element is of the motion family
+    leans: bool  # the sum of the damping curves has another size in rebound than in compression
     remembers: bool  # some element carries a state
     jumps: bool  # the force jumps where w changes its sign
     driven: int  # 0: the force follows from w alone; POSITION_AND_CURRENT; EVERYTHING
@@ -117,6 +118,7 @@ class _Layout:
     modified: bool
     rare: bool
     only: int
+    shares: tuple[int, ...]  # places of the parameters by which the damping curves lean to one side
     smooth_over: tuple[int, ...]  # places of the parameters without which the force jumps at rest
     gains: tuple[int, ...]  # places of the gains on the current
     warm: bool  # the force follows the temperature
@@ -139,6 +141,7 @@ def _layout(names: tuple[str, ...]) -> _Layout:
         modified=any(s.modifier for s in specs),
         rare=any(s.family == Family.MOTION for s in specs),
         only=first if explicit else -1,
+        shares=tuple(at for _, p, at in places if p.of_curves),
         smooth_over=tuple(at for s, p, at in places if p.name == s.smooth_over),
         gains=tuple(at for _, p, at in places if p.gain),
         warm=any(s.needs_temperature for s in specs),
@@ -159,6 +162,7 @@ def core_of(names: tuple[str, ...], values: Floats, column: Integers) -> Core:
         scaling=own.scaling,
         modified=own.modified,
         rare=own.rare,
+        leans=any(values[k] != 0.0 or column[k] >= 0 for k in own.shares),
         remembers=bool(own.memory.any()),
         jumps=any(values[k] == 0.0 for k in own.smooth_over),
         driven=EVERYTHING if own.modified or own.rare or own.warm else 0 if by_velocity else POSITION_AND_CURRENT,

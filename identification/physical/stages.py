@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from identification.compiled import compiled, inlined
-from identification.physical.core import modify, rare_forces
+from identification.physical.core import lean, modify, rare_forces
 from identification.physical.elements import SHIFT, Family
 from identification.physical.elements.equations.damping import STIFF, damping
 from identification.physical.elements.equations.friction import friction
@@ -58,11 +58,14 @@ def _spring(code, core, o, z, driver, dp):
 
 @compiled
 def _changed(stage, core, z, w, driver, forces, memory, work):
-    """Dissipative force of one stage with what few models hold: the motion family, and factors on the sum."""
+    """Dissipative force of one stage with what few models hold: the motion family, a side, and factors on the sum."""
     f, f_z, f_w = forces
     temperature, a, v_m = driver[stage, TEMPERATURE], driver[stage, ACCELERATION], driver[stage, AMPLITUDE]
     at = Point(z, w, 0.0, driver[stage, U], temperature, a, v_m)
     more, more_w, _ = rare_forces(core, at, memory, work)
+    if core.leans:
+        own, own_z, own_w, _ = lean(core, at, work, False)
+        more, f_z, more_w = more + own, f_z + own_z, more_w + own_w
     f += more
     factor, factor_z, factor_w = modify(core, at, memory, f, work, False)
     return f * factor, f_z * factor + f * factor_z, (f_w + more_w) * factor + f * factor_w
@@ -72,7 +75,8 @@ def _changed(stage, core, z, w, driver, forces, memory, work):
 def core_values(core, z, w, driver, memory, work, changed):
     """Forces and their slopes by z and w at three stages, as `core_force` has them, of a smooth core without memory.
 
-    driver : (3, 4) float64; `changed` says whether any element is of the motion family or a factor.
+    driver : (3, 4) float64; `changed` says whether any element is of the motion family, a factor or an
+    asymmetry in proportion to the other curves.
     """
     none = (0.0, 0.0, 0.0)
     diss, diss_z, diss_w, other, other_z = none, none, none, none, none

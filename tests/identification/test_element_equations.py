@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -25,6 +27,26 @@ def test_the_force_of_an_element_is_the_equation_of_its_row(name: str) -> None:
     expected = EQUATIONS[name](inputs.x, inputs.v, inputs.i, inputs.temperature, values)
     np.testing.assert_allclose(force, expected, rtol=1e-12, atol=1e-12 * np.max(np.abs(expected)))
     assert np.ptp(force) > 0.0
+
+
+def test_an_asymmetry_takes_a_share_of_all_other_damping_and_of_no_friction_or_spring() -> None:
+    inputs, own = motion(3.0, 0.02), dict(TYPICAL["damping_asymmetry"])
+    curves = ("arctan_damping", "viscous_damping", "tanh_hysteresis")
+    beside = {"coulomb_friction": {"f_c": 30.0}, "linear_stiffness": {"k": 2e3}}
+    rows = {n: dict(TYPICAL[n]) for n in curves} | beside
+    damper = Model(name="m", elements=tuple(element(n, v) for n, v in rows.items()))
+    every = (inputs.x, inputs.v, inputs.i, inputs.temperature)
+    held = {n: {**v, "F2": 0.0} if "F2" in v else v for n, v in rows.items()}  # a constant is no damping
+    damping = np.sum([EQUATIONS[n](*every, held[n]) for n in curves], axis=0)
+    added = EQUATIONS["damping_asymmetry"](*every, own) + own["share"] * np.abs(damping)
+    force = simulate(damper.with_element(element("damping_asymmetry", own)), inputs).force
+    np.testing.assert_allclose(force - simulate(damper, inputs).force, added, rtol=1e-9, atol=1e-9)
+    # Two of them lean by the sum of their shares, and a mount changes nothing but what it gives.
+    twice = damper.with_element(element("damping_asymmetry", own)).with_element(
+        replace(element("damping_asymmetry", {**own, "c_a": 0.0, "c_a_control": 0.0}), id="damping_asymmetry#2")
+    )
+    more = simulate(twice, inputs).force - simulate(damper, inputs).force
+    np.testing.assert_allclose(more, added + own["share"] * np.abs(damping), rtol=1e-9, atol=1e-9)
 
 
 def test_no_modifier_without_memory_is_left_out() -> None:

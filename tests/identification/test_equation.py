@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from identification.discrepancy.equation import Equation, describe
+from identification.discrepancy.preparation import prepared
 from identification.discrepancy.signatures import tangent
+from identification.errors import DataError
 from identification.fitting.leastsquares import fit_records
 from identification.physical.model import Model, element
 from identification.record import Record, compact, record_from_run
@@ -68,3 +70,24 @@ def test_the_runs_of_a_campaign_may_differ_in_length() -> None:
     assert len({r.measured.size for r in records}) > 1
     found = describe(records, tangent(BASE, records))
     assert 0.0 <= found.share <= 1.0
+
+
+def test_terms_of_a_current_need_it_in_every_run() -> None:
+    records = [compact(record_from_run(run("none", k, 3))) for k in range(2)]
+    assert all(r.has_current for r in records)
+    some = [records[0], replace(records[1], has_current=False)]
+    for each in (some, some[::-1]):
+        found = describe(each, tangent(BASE, each))
+        assert not any(" A)" in name for name, _ in found.terms)
+
+
+def test_zero_current_is_a_current_where_other_runs_have_more() -> None:
+    without, with_current = run("none", 0, 3), run("none", 1, 3)
+    zero = np.zeros(without.samples)
+    recorded = replace(without, channels={**without.channels, "current": zero})
+    valve = element("valve_damping", {"c_soft": 900, "c_firm": 2100, "u_soft": 0.0, "u_firm": 1.6, "w_knee": 0.6})
+    controlled = Model(name="controlled", elements=(valve,))
+    _, train, held = prepared(controlled, [recorded, with_current], [run("none", 2, 3)])
+    assert all(r.has_current for r in (*train, *held))
+    with pytest.raises(DataError, match="has no control current"):
+        prepared(controlled, [recorded], [replace(recorded, run_id="again")])

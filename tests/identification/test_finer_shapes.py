@@ -37,4 +37,4 @@ def test_an_asymmetry_that_follows_the_current_gets_its_slope() -> None:
 
 def test_one_that_does_not_keeps_its_canonical_form() -> None:
     own = refined(0.0).model.element("damping_asymmetry")
-    assert own.values() == {"c_a": pytest.approx(150.0, rel=0.05), "c_a_control": 0.0}
+    assert own.values() == {"c_a": pytest.approx(150.0, rel=0.05), "c_a_control": 0.0, "share": 0.0}

@@ -147,11 +147,15 @@ ROWS: Final = (
         name="damping_asymmetry",
         family=Family.DAMPING,
         title="rebound–compression asymmetry",
-        equation="f = (c_a + c_a_control·u)·|w|",
+        equation="f = (c_a + c_a_control·u)·|w| + share·|f_d|, f_d the sum of the other damping curves",
         parameters=(
             ParameterSpec("c_a", "N·s/m", UNBOUNDED, remedy=Remedy.SPEEDS),
             ParameterSpec(
                 "c_a_control", "N·s/(m·A)", UNBOUNDED, default=0.0, refinement=True, gain=True, remedy=Remedy.CURRENT
+            ),
+            # The two valves of a damper mostly bend alike: one side is the other times a factor.
+            ParameterSpec(
+                "share", "–", -1.0, high=1.0, default=0.0, refinement=True, of_curves=True, remedy=Remedy.SPEEDS
             ),
         ),
         starts=lambda s: [{"c_a": part * s.gap / s.v_rms} for part in (1.0, _FAINT)],

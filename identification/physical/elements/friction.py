@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
-from identification.criteria import FORM
+from identification.criteria import CHANCE, FORM
 from identification.physical.elements.spec import (
     TINY,
     UNBOUNDED,
@@ -80,10 +80,13 @@ def _does_not_fall(values: Values, _: Sequence[ElementSpec]) -> bool:
     return values["f_s"] <= (1.0 + FORM.tolerance) * values["f_c"]
 
 
-def _comes_back(values: Values, around: Surroundings) -> bool:
-    """Whether the hysteresis all but comes back the way it went, from half the stroke: then it is a spring."""
+def _is_spring_or_dry(values: Values, around: Surroundings) -> bool:
+    """Whether the hysteresis all but comes back the way it went, from half the stroke: then it is a spring. Or whether
+    it is at its limit at once: then it is a dry friction."""
     lost = values["gamma"] * float((values["A"] * 0.5 * around.stroke) ** values["n"])
-    return lost < FORM.loop * values["A"]
+    rate = values["gamma"] + values["beta"]
+    travel = float((values["A"] / rate) ** (1.0 / values["n"])) if rate > 0.0 else math.inf
+    return lost < FORM.loop * values["A"] or travel < CHANCE.visible * around.stroke
 
 
 ROWS: Final = (
@@ -110,7 +113,7 @@ ROWS: Final = (
         explicit_rate=True,
         linear_in_velocity=True,
         curve=Curve.WHOLE,
-        mistaken=_comes_back,
+        mistaken=_is_spring_or_dry,
     ),
     ElementSpec(
         name="coulomb_friction",

@@ -120,6 +120,8 @@ class ParameterSpec:
     default: float | None = None  # the value where a file leaves the parameter out
     refinement: bool = False  # finer than the canonical form: never free unless asked for, not written while neutral
     gain: bool = False  # acts through the current: zero, or out of a fit's reach, where there is none
+    of_curves: bool = False  # a share of the size of all other damping curves together
+    preload: bool = False  # a constant force is part of what it makes: no motion tells the two apart
     outside: bool = False  # a constant force that is no part of the dissipative sum
     place: Place | None = None  # of a mount's parameter: which part of spring, damper, gap and branch it is
     of_run: bool = False  # belongs to a run: estimated for each record, never fitted

@@ -42,7 +42,7 @@ ROWS: Final = (
         title="gas spring",
         equation="f = −f0·(1 + z/length)^(−n)",
         parameters=(
-            ParameterSpec("f0", "N"),
+            ParameterSpec("f0", "N", preload=True),
             ParameterSpec("length", "m", TINY, limits=lambda s: (1.02 * s.x_max, 30.0 * s.x_max), remedy=Remedy.STROKE),
             ParameterSpec(
                 "n", "–", TINY, high=5.0, bound_is_meant=True, limits=lambda s: (0.5, 3.0), remedy=Remedy.STROKE
@@ -58,7 +58,7 @@ ROWS: Final = (
         title="gas spring whose pressure follows the temperature",
         equation="f = −f0·(T + 273.15)/(T_ref + 273.15)·(1 + z/length)^(−n)",
         parameters=(
-            ParameterSpec("f0", "N", remedy=Remedy.STROKE),
+            ParameterSpec("f0", "N", preload=True, remedy=Remedy.STROKE),
             ParameterSpec("length", "m", TINY, remedy=Remedy.STROKE),
             ParameterSpec("n", "–", TINY, high=5.0, bound_is_meant=True, remedy=Remedy.STROKE),
             ParameterSpec("T_ref", "°C", -273.0, constant=25.0),
@@ -71,10 +71,12 @@ ROWS: Final = (
         name="end_stop",
         family=Family.SPRING,
         title="end stop",
-        equation="f = k·max(0, z − z_max) − k·max(0, −z_max − z)",
+        equation="f = k·(1 + side)·max(0, z − z_max) − k·(1 − side)·max(0, −z_max − z)",
         parameters=(
             ParameterSpec("k", "N/m", remedy=Remedy.FREQUENCY),
             ParameterSpec("z_max", "m", limits=lambda s: (0.05 * s.x_max, s.x_max), remedy=Remedy.STROKE),
+            # Of most machines one end has the harder stop, or alone has one: 1 in extension, −1 in compression.
+            ParameterSpec("side", "–", -1.0, high=1.0, default=0.0, refinement=True, bound_is_meant=True),
         ),
         starts=lambda s: [{"k": s.force / s.x_max, "z_max": part * s.x_max} for part in (0.45, 0.65, 0.85)],
         linear_in_velocity=True,

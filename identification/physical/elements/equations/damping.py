@@ -17,7 +17,7 @@ from identification.physical.elements.equations.shims import Shims, shim_stack
 _VISCOUS, _ARCTAN = code_of("viscous_damping"), code_of("arctan_damping")
 _PIECEWISE, _VALVE = code_of("piecewise_linear_damping"), code_of("valve_damping")
 _QUADRATIC, _RELIEF = code_of("quadratic_damping"), code_of("relief_valve")
-_ASYMMETRY, _TANH = code_of("damping_asymmetry"), code_of("tanh_hysteresis")
+ASYMMETRY, _TANH = code_of("damping_asymmetry"), code_of("tanh_hysteresis")
 _REBOUND_COMPRESSION = code_of("rebound_compression_damping")
 _BUMP_STOP = code_of("hydraulic_bump_stop")
 _EDDY, _SHIMS = code_of("eddy_current_damping"), code_of("shim_stack_damping")
@@ -144,13 +144,18 @@ def relief(q, at):
 class Asymmetry(NamedTuple):
     c_a: float
     c_a_control: float
+    share: float
+
+
+SHARE = Asymmetry._fields.index("share")
 
 
 @inlined
 def asymmetry(q, at):
+    """Without the part in proportion to the other curves, which `core.lean` adds."""
     c, speed = q.c_a + q.c_a_control * at.u, abs(at.w)
     f_w = c * (1.0 if at.w > 0 else -1.0)
-    return Force(c * speed, 0.0, f_w, q.c_a_control * speed, 0.0, 0.0, 0.0), Asymmetry(speed, at.u * speed)
+    return Force(c * speed, 0.0, f_w, q.c_a_control * speed, 0.0, 0.0, 0.0), Asymmetry(speed, at.u * speed, 0.0)
 
 
 class ReboundCompression(NamedTuple):
@@ -262,10 +267,10 @@ def damping(code, p, o, at, dp, wanted):
         force, by = relief(Relief(p[o], p[o + 1]), at)
         if wanted:
             dp[o], dp[o + 1] = by
-    elif code == _ASYMMETRY:
-        force, by = asymmetry(Asymmetry(p[o], p[o + 1]), at)
+    elif code == ASYMMETRY:
+        force, by = asymmetry(Asymmetry(p[o], p[o + 1], p[o + 2]), at)
         if wanted:
-            dp[o], dp[o + 1] = by
+            dp[o], dp[o + 1], dp[o + 2] = by
     elif code == _BUMP_STOP:
         force, by = hydraulic_bump_stop(BumpStop(p[o], p[o + 1]), at)
         if wanted:

@@ -50,16 +50,18 @@ def warm_gas(q, z, temperature):
 class Stop(NamedTuple):
     k: float
     z_max: float
+    side: float
 
 
 @inlined
 def stop(q, z):
-    """k max(0, z − z_max) − k max(0, −z_max − z)."""
-    f, f_z, by = 0.0, 0.0, Stop(0.0, 0.0)
+    """k (1 + side) max(0, z − z_max) − k (1 − side) max(0, −z_max − z)."""
+    f, f_z, by = 0.0, 0.0, Stop(0.0, 0.0, 0.0)
     if abs(z) > q.z_max:
         sgn = 1.0 if z > 0 else -1.0
-        f, f_z = q.k * (z - sgn * q.z_max), q.k
-        by = Stop(z - sgn * q.z_max, -sgn * q.k)
+        part, into = 1.0 + sgn * q.side, z - sgn * q.z_max
+        f, f_z = q.k * part * into, q.k * part
+        by = Stop(part * into, -sgn * q.k * part, sgn * q.k * into)
     return f, f_z, by
 
 
@@ -102,7 +104,7 @@ def spring(code, p, o, z, temperature, dp, wanted):
         if wanted:
             dp[o], dp[o + 1], dp[o + 2] = by
     else:
-        f, f_z, by = stop(Stop(p[o], p[o + 1]), z)
+        f, f_z, by = stop(Stop(p[o], p[o + 1], p[o + 2]), z)
         if wanted:
-            dp[o], dp[o + 1] = by
+            dp[o], dp[o + 1], dp[o + 2] = by
     return f, f_z
