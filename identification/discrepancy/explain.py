@@ -129,7 +129,7 @@ def _search(
     report: Progress,
     level: Model | None = None,
 ) -> SearchResult:
-    """Search for what `base` is missing beside a hum; `level` is the model that tells the noise, the base without it."""
+    """Search for what `base` is missing beside a hum; `level`: the model that tells the noise, the base without it."""
     quiet = _remove_hum(base, hum, train)
     if hum is not None:
         train, held = _estimate_noise(base, hum, train, held)
