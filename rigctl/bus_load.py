@@ -6,6 +6,7 @@ from math import ceil
 from typing import Final
 
 from rigctl.can_frames import CLASSIC_BLOCK, FD_BLOCK, FD_CAPTURE
+from rigctl.can_further import FD_SAMPLES, FURTHER
 from rigctl.errors import LimitError
 
 LARGEST: Final = 0.7  # of the bus: the usual rule
@@ -32,18 +33,22 @@ def fd_frame_s(data_bytes: int, bitrate: float, data_bitrate: float) -> float:
     return (17 + 3 + 13) / bitrate + fast / data_bitrate
 
 
-def bus_load(sample_rate_hz: float, *, fd: bool, bitrate: float, data_bitrate: float) -> float:
+def bus_load(
+    sample_rate_hz: float, *, fd: bool, bitrate: float, data_bitrate: float, further_axes: bool = False
+) -> float:
     """Share of the bus that streaming and capture at a sample rate need, 0 … 1 and beyond."""
     if fd:
-        blocks = sample_rate_hz / FD_BLOCK + sample_rate_hz / FD_CAPTURE
+        blocks = sample_rate_hz * (1 / FD_BLOCK + 1 / FD_CAPTURE + further_axes / FD_SAMPLES)
         return blocks * fd_frame_s(64, bitrate, data_bitrate) + STATUS_HZ * fd_frame_s(8, bitrate, data_bitrate)
-    frames = sample_rate_hz * (1 + 2 + 1 / CLASSIC_BLOCK) + STATUS_HZ
+    frames = sample_rate_hz * (1 + 2 + 1 / CLASSIC_BLOCK + further_axes * len(FURTHER)) + STATUS_HZ
     return frames * classic_frame_bits(8) / bitrate
 
 
-def check_bus(sample_rate_hz: float, *, fd: bool, bitrate: float, data_bitrate: float) -> None:
+def check_bus(
+    sample_rate_hz: float, *, fd: bool, bitrate: float, data_bitrate: float, further_axes: bool = False
+) -> None:
     """Refuse a sample rate that the bus cannot carry: LimitError with one line."""
-    load = bus_load(sample_rate_hz, fd=fd, bitrate=bitrate, data_bitrate=data_bitrate)
+    load = bus_load(sample_rate_hz, fd=fd, bitrate=bitrate, data_bitrate=data_bitrate, further_axes=further_axes)
     if load > LARGEST:
         cure = "a lower sample rate" if fd else "a lower sample rate or CAN FD"
         raise LimitError(

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigctl import can_frames as frames
+from rigctl import can_further, scaling, sdo
 from rigctl import modbus_map as table
-from rigctl import sdo
 from rigctl.bus_load import check_bus
+from rigctl.can_arrived import Arrived
 from rigctl.can_blocks import BlockCount
 from rigctl.clock import Clock, SystemClock
 from rigctl.device import Control, Fault, RigState
@@ -62,6 +63,7 @@ class CanTransport:
         self._pressure_pa = 0.0
         self._rig_beats, self._rig_state = 0, frames.BOOT_UP
         self._told_at = float("-inf")
+        self._further_axes = False
         self._begin_run(0)
 
     @property
@@ -70,10 +72,11 @@ class CanTransport:
 
     def _begin_run(self, run_id: int) -> None:
         """Reset the counters for another run."""
-        self._run_id, self._next = run_id, 0
+        self._run_id = run_id
         self._status = None  # it counts the blocks of the run before
-        self._captured: list[NDArray[np.float64]] = []
+        self._captured, self._further = Arrived(len(scaling.CAPTURE)), Arrived(len(scaling.FURTHER))
         self._half: bytes | None = None
+        self._parts: dict[int, bytes] = {}  # frames of the further axes of a sample
         self._skipped = self._asked_again = False  # a captured sample was lost, later ones have arrived
         self._unanswered: int | None = None  # a block that was sent and not answered yet
         self._blocks = BlockCount(units=self._units, unit_samples=self._unit_samples)
@@ -120,7 +123,13 @@ class CanTransport:
     def configure(self, configuration: Configuration, deadline_s: float) -> None:
         ends = self._clock.now() + deadline_s
         bitrate, data_bitrate = self._rates
-        check_bus(configuration.sample_rate_hz, fd=self._fd, bitrate=bitrate, data_bitrate=data_bitrate)
+        check_bus(
+            configuration.sample_rate_hz,
+            fd=self._fd,
+            bitrate=bitrate,
+            data_bitrate=data_bitrate,
+            further_axes=configuration.further_axes,
+        )
         own = self._session
         values = table.configuration_values(configuration, session=own.number, command=own.next_command())
         words = table.CONFIGURATION.encode(values)
@@ -129,6 +138,7 @@ class CanTransport:
         if wrong:
             raise IdentityError(f"{self.url}: the rig did not keep its configuration: {', '.join(wrong)}")
         self._size_blocks(configuration.high_water_samples)
+        self._further_axes = configuration.further_axes
 
     def claim(self, deadline_s: float) -> int:
         ends = self._clock.now() + deadline_s
@@ -210,7 +220,8 @@ class CanTransport:
         ends = self._clock.now() + deadline_s
         if run_id != self._run_id:
             self._begin_run(run_id)
-        self._drop_acknowledged(captured)
+        self._captured.drop(captured)
+        self._further.drop(captured)
         self._asked_again |= self._skipped
         word = frames.captured_word(captured, run_id, again=self._skipped)
         request = sdo.Sdo(kind=sdo.DOWNLOAD, address=table.CAPTURED_ADDRESS, value=word)
@@ -254,7 +265,7 @@ class CanTransport:
     def _reply(self, refused: bool) -> Reply:
         assert self._status is not None
         status = self._status
-        values = np.concatenate([np.empty((0, 5)), *self._captured])
+        first, values = self._whole_samples()
         return Reply(
             state=RigState(status.state),
             faults=Fault(status.faults),
@@ -264,15 +275,17 @@ class CanTransport:
             refused=refused,
             heartbeat=self._rig_beats % HEARTBEATS,
             owned=status.session == self._session.number & 0xF,
-            capture=CaptureBlock(
-                run_id=0 if self._lost_power else self._run_id, first_index=self._next - values.shape[0], values=values
-            ),
+            capture=CaptureBlock(run_id=0 if self._lost_power else self._run_id, first_index=first, values=values),
         )
 
-    def _drop_acknowledged(self, captured: int) -> None:
-        values = np.concatenate([np.empty((0, 5)), *self._captured])
-        surplus = captured - (self._next - values.shape[0])
-        self._captured = [values[max(surplus, 0) :]]
+    def _whole_samples(self) -> tuple[int, NDArray[np.float64]]:
+        """Index of the first sample, and the samples of which everything has arrived."""
+        values = self._captured.rows
+        first = self._captured.next - values.shape[0]
+        if not self._further_axes:
+            return first, values
+        count = max(min(self._captured.next, self._further.next) - first, 0)
+        return first, np.hstack([values[:count], self._further.rows[:count]])
 
     def close(self) -> None:
         if self._bus is not None:
@@ -343,29 +356,35 @@ class CanTransport:
                 self._sdo[answer.address] = answer
                 self._note_acknowledged(answer)
         elif number == frames.CAPTURE and self._fd:
-            self._append_captured(frames.unpack_capture_fd(data, run_id=self._run_id))
+            self._append(self._captured, frames.unpack_capture_fd(data, run_id=self._run_id))
         elif number == frames.CAPTURE and len(data) == 8:
             self._half = data
         elif number == frames.CAPTURE_B and self._half is not None and len(data) == 8:
-            self._append_captured(
-                frames.unpack_capture(self._half, data, self._pressure_pa, run_id=self._run_id, following=self._next)
-            )
+            following = self._captured.next
+            found = frames.unpack_capture(self._half, data, self._pressure_pa, run_id=self._run_id, following=following)
+            self._append(self._captured, found)
+        elif number in can_further.FURTHER and self._further_axes:
+            self._dispatch_further(number, data)
+
+    def _dispatch_further(self, number: int, data: bytes) -> None:
+        following = self._further.next
+        if self._fd:
+            self._append(self._further, can_further.unpack_further_fd(data, run_id=self._run_id, following=following))
+            return
+        self._parts[number] = data
+        if number == can_further.FURTHER[-1]:
+            found = can_further.unpack_further(self._parts, run_id=self._run_id, following=following)
+            self._append(self._further, found)
 
     def _note_acknowledged(self, answer: sdo.Sdo) -> None:
         """Note that the rig has an acknowledgement: later frames were sent after it."""
         if answer.address == table.CAPTURED_ADDRESS and self._asked_again:
             self._skipped = self._asked_again = False
 
-    def _append_captured(self, found: tuple[int, NDArray[np.float64]] | None) -> None:
+    def _append(self, arrived: Arrived, found: tuple[int, NDArray[np.float64]] | None) -> None:
         """Append samples that follow the last one; after a gap the rig sends again from the acknowledged one."""
-        if found is None:
-            return
-        first, values = found
-        known = self._next - first
-        self._skipped |= known < 0
-        if 0 <= known < values.shape[0]:
-            self._captured.append(values[known:])
-            self._next += values.shape[0] - known
+        if found is not None:
+            self._skipped |= not arrived.add(*found)
 
     def _read_block(self, block: table.Block, ends: float) -> dict[str, table.Value]:
         return block.decode(self._read(block.address, block.count, ends))

@@ -89,6 +89,7 @@ class Configuration:
     heartbeat_s: float = 0.5  # the rig stops when the host is silent for longer
     limits: Limits = Limits()
     stage: PressureStage = PressureStage.HIGH  # of the power that HOLD switches on
+    further_axes: bool = False  # whether captured samples have the channels of further axes
 
     def __post_init__(self) -> None:
         if self.stage is PressureStage.OFF:

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 from rigctl import can_frames as frames
+from rigctl import can_further, modbus_further
 from rigctl import modbus_map as table
 
+FURTHER = (
+    "where `further_axes` asks for it; classic: two channels of a sample; FD: two samples with all of them and CRC-16",
+    "two more channels (classic)",
+)
 FRAMES = (
     (frames.NMT, "host", "NMT", "start (1) or stop (2), node"),
     (frames.EMERGENCY, "rig", "emergency", "code, register, fault bit, sample index; code 0: it is over"),
@@ -38,6 +43,7 @@ FRAMES = (
     ),
     (frames.CAPTURE, "rig", "capture", "classic: force and current of a sample; FD: four whole samples with CRC-16"),
     (frames.CAPTURE_B, "rig", "capture B (classic)", "displacement and temperature of a sample"),
+    *((identifier, "rig", f"further axes {k}", FURTHER[k > 0]) for k, identifier in enumerate(can_further.FURTHER)),
     (frames.SDO_REQUEST, "host", "SDO request", "two registers at 0x2000 + (address >> 8), sub-index address & 0xFF"),
     (frames.SDO_ANSWER, "rig", "SDO answer", "the same; object 0x1003 is the error history"),
     (frames.RIG_HEARTBEAT, "rig", "heartbeat", "NMT state, every 50 ms; 0 once after power-on"),
@@ -52,7 +58,14 @@ FRAMES = (
 
 def registers_as_markdown() -> str:
     """Table of all registers: address, name, type, value of one count, access."""
-    blocks = (*table.INPUT_BLOCKS, *table.COMMAND_BLOCKS, table.CONFIGURATION, table.WRITE_HEADER, table.READ_HEADER)
+    blocks = (
+        *table.INPUT_BLOCKS,
+        *table.COMMAND_BLOCKS,
+        table.CONFIGURATION,
+        table.WRITE_HEADER,
+        table.READ_HEADER,
+        modbus_further.HEADERS[0],
+    )
     lines = ["| address | name | type | one count is | access |", "|---|---|---|---|---|"]
     for block in blocks:
         access = "read, write" if block.writable else "read"

@@ -227,6 +227,7 @@ CONFIGURATION: Final = Block(
         Register(name="heartbeat_s", address=0x125, scale=scaling.TIME_S),
         *_limits(0x128),
         Register(name="pressure_stage", address=0x137),  # that HOLD switches on: 1: low, 2: high
+        Register(name="further_axes", address=0x138),  # 1: captured samples have their channels; needs the capability
         Register(name="session", address=0x13E),
         Register(name="command", address=0x13F),
     ),
@@ -259,6 +260,7 @@ def configuration_from(values: dict[str, Value]) -> Configuration:
         heartbeat_s=numbers["heartbeat_s"],
         limits=Limits(**{f.name: numbers[f.name] for f in fields(Limits)}),
         stage=PressureStage(stage),
+        further_axes=bool(numbers["further_axes"]),
         **counts,
     )
 

@@ -10,6 +10,7 @@ from pymodbus import ModbusException
 from pymodbus.client import ModbusTcpClient
 from pymodbus.pdu import ModbusPDU
 
+from rigctl import modbus_further
 from rigctl import modbus_map as table
 from rigctl.clock import Clock, SystemClock
 from rigctl.device import Control, Fault, RigState
@@ -17,7 +18,7 @@ from rigctl.errors import IdentityError, RequestDenied, TransportError, Transpor
 from rigctl.limits import Configuration
 from rigctl.registers import check_identity, identity_from, status_from
 from rigctl.session import NOBODY, Session
-from rigctl.transport import HEARTBEATS, Identity, Reply, SetpointBlock, Status
+from rigctl.transport import HEARTBEATS, CaptureBlock, Identity, Reply, SetpointBlock, Status
 
 # A refusal of the rig itself, as opposed to a failure of the wire.
 ILLEGAL = {1: "illegal function", 2: "illegal address", 3: "illegal value", 4: "device failure", 6: "busy"}
@@ -38,6 +39,7 @@ class ModbusTransport:
         self._client = client or ModbusTcpClient(host, port=port, retries=0, timeout=1.0)
         self._session = Session()
         self._nonce = secrets.randbits(32)
+        self._further_axes = False
 
     @property
     def session(self) -> int:
@@ -64,6 +66,7 @@ class ModbusTransport:
         wrong = table.differing(kept, words)
         if wrong:
             raise IdentityError(f"{self.url}: the rig did not keep its configuration: {', '.join(wrong)}")
+        self._further_axes = configuration.further_axes
 
     def claim(self, deadline_s: float) -> int:
         ends = self._clock.now() + deadline_s
@@ -167,20 +170,32 @@ class ModbusTransport:
             refused=refused,
             heartbeat=int(head["samples"]) >> table.BEAT & HEARTBEATS - 1,
             owned=int(head["session"]) == own.number,
-            capture=capture,
+            capture=self._with_further(capture, ends) if self._further_axes else capture,
         )
+
+    def _with_further(self, capture: CaptureBlock, ends: float) -> CaptureBlock:
+        """The block with the channels of further axes: every exchange reads all windows, so each takes as long."""
+        windows = [
+            modbus_further.decode_further(k, self._read_input(header.address, modbus_further.COUNT, ends))
+            for k, header in enumerate(modbus_further.HEADERS)
+        ]
+        whole = modbus_further.with_further(capture, windows)
+        if whole is None:
+            raise TransportError(f"{self.url}: the channels of further axes are not those of the captured samples")
+        return whole
 
     def close(self) -> None:
         self._client.close()  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
 
     def _read_block(self, block: table.Block, ends: float) -> dict[str, table.Value]:
-        return block.decode(
-            self._call(ends, lambda c: c.read_input_registers(block.address, count=block.count, device_id=table.UNIT))
-        )
+        return block.decode(self._read_input(block.address, block.count, ends))
+
+    def _read_input(self, address: int, count: int, ends: float) -> list[int]:
+        return self._call(ends, lambda c: c.read_input_registers(address, count=count, device_id=table.UNIT))
 
     def _read_status(self, ends: float) -> tuple[Status, dict[str, table.Value]]:
         first = table.STATUS.address
-        words = self._call(ends, lambda c: c.read_input_registers(first, count=0x60, device_id=table.UNIT))
+        words = self._read_input(first, 0x60, ends)
         values: dict[str, table.Value] = {}
         for block in (table.STATUS, table.COUNTERS, table.ACTUALS):
             start = block.address - first

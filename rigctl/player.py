@@ -124,7 +124,7 @@ class _Player:
         configuration = run_configuration(self.test, identity, self.settings)
         check_envelopes(self.test, self.settings.envelopes)
         check_measured(self.settings.interlocks, identity.unmeasured)
-        check_output(self.out_dir, self.test.excitation)  # at once, and not after a wait of an hour
+        check_output(self.out_dir, self.test.excitation, identity)  # at once, and not after a wait of an hour
         self.waveform = self._waveform(0, configuration.limits)
         axis.claim()
         try:

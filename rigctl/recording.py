@@ -14,10 +14,11 @@ import numpy as np
 
 from excitation.signal import Excitation
 from rigctl.disk_reserve import check_space
-from rigctl.runfile import Run
+from rigctl.interlocks import CHANNELS
+from rigctl.runfile import FURTHER_AXES, Run
 from rigctl.runwriter import RunWriter, part_path
 from rigctl.setup import Setup
-from rigctl.transport import CaptureBlock, Identity
+from rigctl.transport import Capability, CaptureBlock, Identity
 from rigctl.waveform import Waveform
 
 __all__ = ["Labels", "Recorder", "check_output", "file_stem", "free_path", "rig_text"]
@@ -73,6 +74,7 @@ class Recorder:
         }
         if self._excitation.current_a is not None:
             rows |= {"current": values[:, 2], "current_command": self._excitation.current_a[part]}
+        rows |= dict(zip(FURTHER_AXES, values[:, len(CHANNELS) :].T, strict=False))
         self._writer.append(rows)
         return replace(block, first_index=start, values=values)
 
@@ -88,16 +90,14 @@ class Recorder:
         self._writer.discard()
 
 
-def check_output(directory: Path, excitation: Excitation) -> None:
+def check_output(directory: Path, excitation: Excitation, identity: Identity) -> None:
     """Refuse a test whose run file cannot be written, or does not fit on the disk: RunFileError."""
-    check_space(directory, excitation.samples, 5 if excitation.current_a is None else 7)
+    check_space(directory, excitation.samples, len(_units(excitation, identity)))
 
 
 def template(excitation: Excitation, labels: Labels, identity: Identity, url: str) -> Run:
     """Make a run without samples: everything about a run that is known before it begins."""
-    units = {"force": "N", "displacement": "m", "displacement_command": "m", "temperature": "degC", "pressure": "Pa"}
-    if excitation.current_a is not None:
-        units |= {"current": "A", "current_command": "A"}
+    units = _units(excitation, identity)
     return Run(
         run_id=uuid4().hex,
         created=datetime.now(UTC).isoformat(timespec="milliseconds"),
@@ -116,6 +116,14 @@ def template(excitation: Excitation, labels: Labels, identity: Identity, url: st
         setup=labels.setup,
         software_version=_software_version(),
     )
+
+
+def _units(excitation: Excitation, identity: Identity) -> dict[str, str]:
+    """The channels of a run file and their units."""
+    units = {"force": "N", "displacement": "m", "displacement_command": "m", "temperature": "degC", "pressure": "Pa"}
+    if excitation.current_a is not None:
+        units |= {"current": "A", "current_command": "A"}
+    return units | (dict(FURTHER_AXES) if Capability.FURTHER_AXES in identity.capabilities else {})
 
 
 def rig_text(identity: Identity) -> str:

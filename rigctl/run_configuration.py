@@ -9,7 +9,7 @@ from rigctl.errors import LimitError
 from rigctl.limits import Configuration
 from rigctl.limits_together import limits_together
 from rigctl.player_settings import PlayerSettings
-from rigctl.transport import Identity
+from rigctl.transport import Capability, Identity
 
 __all__ = ["run_configuration"]
 
@@ -30,6 +30,7 @@ def run_configuration(test: Test, identity: Identity, settings: PlayerSettings) 
         high_water_samples=most,
         heartbeat_s=settings.watchdog_s,
         limits=limits_together(identity.limits, settings.limits, settings.envelopes, test),
+        further_axes=Capability.FURTHER_AXES in identity.capabilities,
     )
 
 

@@ -41,7 +41,7 @@ class Setup:
     notes: tuple[str, ...] = ()
 
     def corrected(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Captured samples, (n, 5), with calibrations and tare applied.
+        """Captured samples, (n, 5) or more, with calibrations and tare applied to the first five channels.
 
         Channel: scale · reading + offset. Force with a tare: scale · (reading − tare), because the tare measures
         the offset.
@@ -54,8 +54,8 @@ class Setup:
             scale[k], offset[k] = one.scale, one.offset
         if self.tare is not None:
             offset[0] = -scale[0] * self.tare.offset_n
-        corrected: NDArray[np.float64] = scale * values + offset
-        return corrected
+        known = len(CHANNELS)
+        return np.hstack([scale * values[:, :known] + offset, values[:, known:]])
 
 
 def setup_json(setup: Setup) -> dict[str, Any]:

@@ -25,6 +25,7 @@ class Capability(IntFlag):
     NONE = 0
     CURRENT = 1  # drives the current of a controllable damper
     SIMULATED = 2
+    FURTHER_AXES = 4  # measures motions and loads of further axes, and sends them where a configuration asks for it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,7 +112,9 @@ class CaptureBlock:
 
     run_id: int
     first_index: int
-    values: NDArray[np.float64]  # (n, 5): force N, displacement m, current A, temperature degC, pressure Pa
+    values: NDArray[np.float64]
+    """(n, 5): force N, displacement m, current A, temperature degC, pressure Pa; (n, 15) where further axes were asked
+    for: then their channels, in the order of `rigctl.runfile.FURTHER_AXES`."""
 
     @property
     def samples(self) -> int:

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigctl import can_frames as frames
+from rigctl import can_further, scaling, sdo
 from rigctl import modbus_map as table
-from rigctl import sdo
 from rigctl.can_wire import is_ours
 from rigctl.device import Control, Fault
 from rigctl.errors import LimitError
@@ -29,6 +29,7 @@ TICK_S = 0.004
 STATUS_S = 0.01
 HEALTH_S = 0.1
 WINDOW, FD_WINDOW = 512, 2048  # most captured samples sent and not acknowledged
+FURTHER = slice(len(scaling.CAPTURE), None)  # columns of the further axes
 AGAIN_S = 0.5  # without an acknowledgement samples are sent again, then after twice the time, and so on
 
 
@@ -61,7 +62,8 @@ class CanDevice:
 
     def _damage(self, frame: Frame, random: np.random.Generator) -> Frame | None:
         number, data = frame
-        checked = (frames.CONTROL, frames.STREAM, frames.COMMIT, *((frames.CAPTURE,) if self._fd else ()))
+        captured = (frames.CAPTURE, can_further.FURTHER[0]) if self._fd else ()
+        checked = (frames.CONTROL, frames.STREAM, frames.COMMIT, *captured)
         return (number, flip(data, 0, random)) if number in checked else None
 
     def _obey(self, number: int, data: bytes) -> None:
@@ -228,10 +230,11 @@ class CanDevice:
             self._sent, self._moved_at, self._again_s = store.first_index, now, 2 * self._again_s
         ahead = self._sent - store.first_index
         values = store.fetch(FD_WINDOW if self._fd else WINDOW).values[ahead:]
-        if self._fd:
-            self._out.extend(frames.pack_capture_fd(values, self._sent, run_id=store.run_id))
-        else:
-            self._out.extend(frames.pack_capture(values, self._sent, run_id=store.run_id))
+        packed = [(frames.pack_capture_fd if self._fd else frames.pack_capture, slice(None))]
+        if self._rig.controller.configuration.further_axes:
+            packed.append((can_further.pack_further_fd if self._fd else can_further.pack_further, FURTHER))
+        for pack, channels in packed:
+            self._out.extend(pack(values[:, channels], self._sent, run_id=store.run_id))
         self._sent += values.shape[0]
 
     def _send_heartbeat(self, now: float) -> None:

@@ -38,7 +38,7 @@ class Plant(Protocol):
         ...
 
     def play(self, setpoints: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Play set-points, (n, 2), and return the sensor readings, (n, 5)."""
+        """Play set-points, (n, 2), and return the sensor readings, (n, 5), or (n, 15) of a rig of several axes."""
         ...
 
     def snapshot(self) -> object: ...
@@ -66,7 +66,7 @@ class Controller:
         self.state = RigState.DISABLED
         self.faults = self.first_fault = self.standing = Fault.NONE
         self.configuration = Configuration(limits=limits)
-        self.fifo, self.store = SetpointFifo(capacity=fifo_samples, closed=True), CaptureStore()
+        self.fifo = SetpointFifo(capacity=fifo_samples, closed=True)
         self.sample_index = self.underruns = self.overruns = 0
         self.detector = 0  # that acted first, index in rigctl.device.DETECTORS
         self.history: deque[Fault] = deque(maxlen=HISTORY)  # the newest first
@@ -82,6 +82,7 @@ class Controller:
         self._detectors = self._new_detectors()
         plant.set_stage(self.configuration.stage)
         self.measured: NDArray[np.float64] = plant.play(np.tile(self._setpoint, (4, 1)))[-1]
+        self.store = CaptureStore(channels=self.measured.size)
 
     @property
     def rate_hz(self) -> float:
@@ -188,7 +189,7 @@ class Controller:
             )
         self._last_run, self._off_at_rest = run_id, False
         self.fifo = SetpointFifo(run_id=run_id, capacity=self.fifo.capacity)
-        self.store = CaptureStore(session=self._session, run_id=run_id)
+        self.store = CaptureStore(session=self._session, run_id=run_id, channels=self.measured.size)
         self._enter(after_command(self.state, Control.HOLD, at_rest=True))
 
     def _activate(self, run_id: int) -> None:

@@ -15,7 +15,7 @@ from sim_rig.effects import EFFECTS, LISTED, Scale, hidden, refusal
 from sim_rig.errors import SpecimenError
 from sim_rig.parameters import Damper
 from sim_rig.sizes import FAINT, LARGEST, SIZES
-from sim_rig.specimens import SPECIMENS, Specimen
+from sim_rig.specimens import MULTI_AXIS, SPECIMENS, Specimen
 
 RANDOM: Final = "random"
 SPREAD: Final = (0.6, 1.7)  # of the usual size
@@ -53,7 +53,9 @@ def draw(specimen: str, hide: Sequence[str], seed: int) -> Truth:
         For a specimen or an effect that does not exist, or an effect that this specimen cannot take.
     """
     if specimen not in SPECIMENS:
-        raise SpecimenError(f"specimen {specimen!r} does not exist: choose one of {', '.join(SPECIMENS)}")
+        raise SpecimenError(
+            f"specimen {specimen!r} does not exist: choose one of {', '.join((*SPECIMENS, *MULTI_AXIS))}"
+        )
     if seed < 0:
         raise SpecimenError(f"seed is {seed}: it must be 0 or more")
     found = SPECIMENS[specimen]

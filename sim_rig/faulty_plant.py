@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rigctl.device import SENSORS, PressureStage
 from sim_rig.faults import OF_SENSOR, FaultKind, FaultOrder, Faults
+from sim_rig.multi_axis_plant import MultiAxisPlant
 from sim_rig.plant import SimulatedPlant
 from sim_rig.sensors import LIVE_ZERO, RANGE
 
@@ -30,7 +31,7 @@ class _Snapshot:
 class FaultyPlant:
     """Plays set-points on a plant, in pieces between the times at which faults begin."""
 
-    def __init__(self, plant: SimulatedPlant, faults: Faults) -> None:
+    def __init__(self, plant: SimulatedPlant | MultiAxisPlant, faults: Faults) -> None:
         self._plant, self._faults = plant, faults
         self._orders = faults.select(*MACHINE)
         self._rate_hz = 1000.0

@@ -102,6 +102,7 @@ class CaptureStore:
     capacity: int = CAPTURE_SAMPLES
     first_index: int = 0
     backlog: int = 0
+    channels: int = 5
     _blocks: deque[NDArray[np.float64]] = field(default_factory=deque)
 
     @property
@@ -109,7 +110,7 @@ class CaptureStore:
         return self.capacity - self.backlog
 
     def append(self, values: NDArray[np.float64]) -> None:
-        """Add samples, (n, 5)."""
+        """Add samples, (n, channels)."""
         if values.shape[0]:
             self._blocks.append(values)
             self.backlog += values.shape[0]
@@ -128,7 +129,7 @@ class CaptureStore:
 
     def fetch(self, most: int) -> CaptureBlock:
         """Return the oldest samples that are not acknowledged."""
-        parts, remaining = [np.empty((0, 5))], most
+        parts, remaining = [np.empty((0, self.channels))], most
         for block in self._blocks:
             parts.append(block[:remaining])
             remaining -= parts[-1].shape[0]

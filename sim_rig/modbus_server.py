@@ -13,8 +13,10 @@ from pymodbus.server import ModbusTcpServer
 from pymodbus.server.requesthandler import ServerRequestHandler
 from pymodbus.simulator import DataType, SimData, SimDevice
 
+from rigctl import modbus_further
 from rigctl import modbus_map as table
 from rigctl.errors import LimitError
+from rigctl.transport import Capability
 from sim_rig.errors import RequestRefused, SimRigError
 from sim_rig.faulty_wire import FaultyWire, flip
 from sim_rig.registers import RegisterDevice
@@ -53,13 +55,15 @@ class _Access:
         return None
 
 
-def registers() -> list[SimData]:
+def registers(capabilities: Capability = Capability.NONE) -> list[SimData]:
     """The registers of the map; any other address is refused as illegal."""
     ranges = [(block.address, block.count, True) for block in table.INPUT_BLOCKS] + [
         (block.address, block.count, False) for block in (*table.COMMAND_BLOCKS, table.CONFIGURATION)
     ]
     ranges += [(table.WRITE_HEADER.address, table.WRITE_COUNT, False)]
     ranges += [(table.READ_HEADER.address, table.READ_COUNT, True)]
+    if Capability.FURTHER_AXES in capabilities:
+        ranges += [(header.address, modbus_further.COUNT, True) for header in modbus_further.HEADERS]
     return [
         SimData(address, count=count, values=0, datatype=DataType.REGISTERS, readonly=readonly)
         for address, count, readonly in ranges
@@ -68,7 +72,7 @@ def registers() -> list[SimData]:
 
 def device(rig: SimulatedRig, soon: Callable[[Callable[[], None]], object]) -> SimDevice:
     """Put a rig behind the registers of the map; `soon` calls back once an answer is sent."""
-    return SimDevice(id=table.UNIT, simdata=registers(), action=_Access(rig, soon).access)
+    return SimDevice(id=table.UNIT, simdata=registers(rig.identity().capabilities), action=_Access(rig, soon).access)
 
 
 def damage(frame: bytes, random: np.random.Generator) -> bytes | None:

@@ -85,14 +85,14 @@ def played(
     out = np.empty_like(motion)
     oil, bent = 0.0, [0.0] * 6
     for t, (d, v) in enumerate(zip(path.tolist(), speed.tolist(), strict=True)):
-        oil, loads = _step(specimen, d, v, oil, bent, dt)
+        oil, loads = step(specimen, d, v, oil, bent, dt)
         if t % _FINE == 0:
             out[t // _FINE] = loads
     rng = np.random.default_rng(seed)
     return np.asarray(out + noise * np.sqrt(np.mean(out**2, axis=0)) * rng.standard_normal(out.shape))
 
 
-def _step(
+def step(
     specimen: MultiAxisSpecimen, d: list[float], v: list[float], oil: float, bent: list[float], dt: float
 ) -> tuple[float, list[float]]:
     """The place of the oil's piston after a step, m, and the six loads; `bent` is carried on in place."""

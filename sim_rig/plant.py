@@ -134,6 +134,14 @@ class SimulatedPlant:
         self._state.body[damper.TIME] = 0.0
 
     def play(self, setpoints: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self.sensed(self.true_samples(setpoints))
+
+    def sensed(self, truth: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What the sensors read of true values, (n, 5)."""
+        return read(self._skew.late(truth, self._rate_hz), self._noise, self._state.random)
+
+    def true_samples(self, setpoints: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Play set-points, (n, 2), and return the true values at each instant, (n, 5)."""
         truth = np.empty((setpoints.shape[0], 5))
         state = self._state
         play(
@@ -148,7 +156,7 @@ class SimulatedPlant:
             truth,
             SUPPLY_PA * self._supply,
         )
-        return read(self._skew.late(truth, self._rate_hz), self._noise, state.random)
+        return truth
 
     def _supplied(self) -> Actuator:
         machine = self._machine

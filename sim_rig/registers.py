@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
+from functools import partial
 
+from rigctl import modbus_further
 from rigctl import modbus_map as table
 from rigctl.device import Control
 from sim_rig.errors import RequestRefused
@@ -110,17 +112,19 @@ class RegisterDevice:
     def read(self, address: int, count: int) -> list[tuple[table.Block, list[int]]]:
         """Return every block of registers that a read touches, as it is now."""
         end = address + count
+        blocks: tuple[tuple[table.Block, Callable[[], list[int]]], ...] = (
+            (table.IDENTITY, self._identity),
+            (table.STATUS, self._status),
+            (table.COUNTERS, self._counters),
+            (table.ACTUALS, self._actuals),
+            (table.MACHINE_LIMITS, self._machine_limits),
+            (table.CONFIGURATION, self._configuration),
+            (table.READ_HEADER, self._read_window),
+            *((header, partial(self._further_window, k)) for k, header in enumerate(modbus_further.HEADERS)),
+        )
         return [
             (block, encode())
-            for block, encode in (
-                (table.IDENTITY, self._identity),
-                (table.STATUS, self._status),
-                (table.COUNTERS, self._counters),
-                (table.ACTUALS, self._actuals),
-                (table.MACHINE_LIMITS, self._machine_limits),
-                (table.CONFIGURATION, self._configuration),
-                (table.READ_HEADER, self._read_window),
-            )
+            for block, encode in blocks
             if block.address < end and address < block.address + block.count
         ]
 
@@ -195,3 +199,8 @@ class RegisterDevice:
             "session": self._rig.master.session,
         }
         return table.encode_read(head, reply.capture, self._refused, reply.heartbeat)
+
+    def _further_window(self, window: int) -> list[int]:
+        controller = self._rig.controller
+        asked = table.CAPTURE_SAMPLES if controller.configuration.further_axes else 0
+        return modbus_further.encode_further(window, controller.fetch(asked))

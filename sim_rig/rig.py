@@ -6,11 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from rigctl.device import Control, Fault, RigState
+from rigctl.interlocks import CHANNELS
 from rigctl.limits import Configuration, Limits, LowPressure
 from rigctl.modbus_map import MAP_VERSION
 from rigctl.scaling import SAMPLE_RATE_HZ
 from rigctl.session import NOBODY
-from rigctl.transport import HEARTBEATS, Capability, Identity, Reply, SetpointBlock, Status
+from rigctl.transport import HEARTBEATS, Capability, CaptureBlock, Identity, Reply, SetpointBlock, Status
 from sim_rig.clock import Pace
 from sim_rig.controller import UNPOWERED, Controller, Plant
 from sim_rig.errors import RequestRefused
@@ -63,16 +64,21 @@ class SimulatedRig:
             vendor="damper-rig",
             model="sim_rig",
             serial=self._serial,
-            channel_count=5,
+            channel_count=self.controller.measured.size,
             sample_rate_min_hz=100.0,
             sample_rate_max_hz=5000.0,
             fifo_samples=self.controller.fifo.capacity,
             capture_samples=CAPTURE_SAMPLES,
-            capabilities=Capability.CURRENT | Capability.SIMULATED,
+            capabilities=self._capabilities,
             limits=MACHINE,
             low_pressure=LOW_PRESSURE,
             rate_step_hz=SAMPLE_RATE_HZ,
         )
+
+    @property
+    def _capabilities(self) -> Capability:
+        several = self.controller.measured.size > len(CHANNELS)
+        return Capability.CURRENT | Capability.SIMULATED | (Capability.FURTHER_AXES if several else Capability.NONE)
 
     def claim(self, nonce: int) -> None:
         """Begin the session of a host; RequestRefused where another one commands the rig."""
@@ -100,6 +106,8 @@ class SimulatedRig:
                 raise RequestRefused(f"sample rate {configuration.sample_rate_hz:g} Hz is not played here")
             if not WATCHDOG_S[0] <= configuration.heartbeat_s <= WATCHDOG_S[1]:
                 raise RequestRefused(f"a watchdog of {configuration.heartbeat_s:g} s is not allowed here")
+            if configuration.further_axes and Capability.FURTHER_AXES not in identity.capabilities:
+                raise RequestRefused("this rig measures no further axes")
             self.controller.configure(configuration)
             self._pace.restart(configuration.sample_rate_hz)
 
@@ -159,12 +167,21 @@ class SimulatedRig:
             refused=refused,
             heartbeat=self.heartbeat % HEARTBEATS,
             owned=True,
-            capture=controller.fetch(most),
+            capture=self._captured(most),
         )
+
+    def _captured(self, most: int) -> CaptureBlock:
+        """The next captured samples, with the channels that the configuration asks for."""
+        block = self.controller.fetch(most)
+        if self.controller.configuration.further_axes:
+            return block
+        return replace(block, values=block.values[:, : len(CHANNELS)])
 
     def status(self) -> Status:
         controller = self.controller
-        force, displacement, current, temperature, pressure = (float(value) for value in controller.measured)
+        force, displacement, current, temperature, pressure = (
+            float(value) for value in controller.measured[: len(CHANNELS)]
+        )
         return Status(
             state=controller.state,
             stage=controller.stage,

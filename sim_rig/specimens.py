@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from sim_rig.multi_axis import ANTI_YAW, MultiAxisSpecimen
 from sim_rig.parameters import ARCTAN, BILINEAR, HYPERBOLIC, VALVE, Damper
 from sim_rig.sensors import Noise
 
@@ -164,3 +165,5 @@ MR_SEAT = replace(
 SPECIMENS: Mapping[str, Specimen] = {
     specimen.name: specimen for specimen in (SEMI_ACTIVE, PASSIVE, YAW, RAILWAY, MR, MR_DISTORTION, MR_SEAT)
 }
+MULTI_AXIS: Mapping[str, tuple[MultiAxisSpecimen, Specimen]] = {"anti-yaw": (ANTI_YAW, RAILWAY)}
+"""Specimens of six axes, each with the one of a single axis that loads the actuator in its place."""

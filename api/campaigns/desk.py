@@ -138,7 +138,7 @@ class Desk:
         }
         if progress.block is not None and progress.block.samples:
             names = ("force_n", "displacement_m", "current_a", "temperature_degc", "pressure_pa")
-            shown["readings"] = dict(zip(names, progress.block.values[-1].tolist(), strict=True))
+            shown["readings"] = dict(zip(names, progress.block.values[-1].tolist(), strict=False))
         self.show(known, progress.text or str(progress.phase), **shown)
 
     def publish(self, campaign_id: str, progress: Progress) -> None:

@@ -40,6 +40,13 @@ def sim(
         list[str] | None,
         typer.Option(metavar="CHANNEL=SECONDS", help="Delay of a channel in seconds, for example force=0.0005."),
     ] = None,
+    held: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="CHANNEL=VALUE",
+            help="Specimen anti-yaw: the place of a further axis in m or rad, for example displacement_y=0.004.",
+        ),
+    ] = None,
     controller: Annotated[
         str,
         typer.Option(
@@ -80,6 +87,7 @@ def sim(
         reveal=reveal,
         faults=tuple(fault or ()),
         skew=tuple(skew or ()),
+        held=tuple(held or ()),
         on_ready=_ready,
     )
 

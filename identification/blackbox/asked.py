@@ -25,7 +25,7 @@ def structures_asked(kind: str, given: Sequence[str], nodes: int | None, *, sear
     if kind == "inverse":
         raise DataError("kind is 'inverse': only the command line identifies one, 'damper-rig identify inverse'")
     if kind not in KINDS:
-        raise DataError(f"kind is '{kind}': use {', '.join(KINDS)} or inverse")
+        raise DataError(f"kind is '{kind}': use {', '.join(KINDS)}, inverse or multiaxis")
     if nodes is not None and not given and not searched:
         raise DataError(
             "nodes are stated without regressors, and none are searched: they are those of the hidden layer"

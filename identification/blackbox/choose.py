@@ -23,6 +23,12 @@ from identification.compute import run
 
 Floats = NDArray[np.float64]
 _DECADE = 10.0
+
+# A force that is fed back may drift where the training never was, such as at rest, and no part that is left out of the
+# training shows it. So feedback is preferred only where the mean square error without it is larger by this factor.
+# On 34 cuts of measured and simulated records, mean and lowest fit of the committee: 1: 94.0 and 77.4 %, lost where the
+# record ends at rest; 1.2: 94.4 and 89.1; 1.35 and 1.5: 94.4 and 90.2; 3: 94.4 and 90.2; without any feedback the same.
+FED_BACK = 1.35
 Told = Callable[[float, str], None]
 
 
@@ -101,8 +107,8 @@ def left_out(judged: Sequence[Judged], courses: Sequence[Course], scales: Scales
 
 
 def in_order(judged: Sequence[Judged]) -> list[Judged]:
-    """The smallest error first."""
-    return sorted(judged, key=lambda one: one.error)
+    """The smallest error first, that of a structure with feedback times `FED_BACK`."""
+    return sorted(judged, key=lambda one: one.error * (FED_BACK if one.candidate.structure.fed_back else 1.0))
 
 
 def beyond(judged: Sequence[Judged], count: int) -> list[Candidate]:

@@ -10,7 +10,7 @@ import numpy as np
 from identification.blackbox.samples import Course
 
 FOLDS = 3
-_SHORTEST = 100  # samples of a course to learn from
+SHORTEST = 100  # samples of a course to learn from
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ def _without_stretch(courses: Sequence[Course], k: int, count: int) -> Fold:
         size = course.force.size
         first, last = k * size // count, (k + 1) * size // count
         shown.append(stretch_of(course, first, last))
-        learned += [stretch_of(course, *ends) for ends in ((0, first), (last, size)) if ends[1] - ends[0] >= _SHORTEST]
+        learned += [stretch_of(course, *ends) for ends in ((0, first), (last, size)) if ends[1] - ends[0] >= SHORTEST]
     return Fold(tuple(learned), tuple(shown))
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.blackbox.choose import Candidate
+from identification.blackbox.folds import FOLDS, SHORTEST, folds_of
 from identification.blackbox.layers import Layers
 from identification.blackbox.networks import scales_for
 from identification.blackbox.preparation import absent_signals, at_one_rate, course_of, measured_signals
@@ -87,6 +88,7 @@ def given(
     measured = measured_signals(every) if kind in RECIPES and base is None else ()
     courses = [course_of(one, measured, base) for one in runs]
     absent = absent_signals(runs, courses)
+    check_long_enough(courses)
     candidates: list[Candidate] = []
     if kind == "polynomial":
         tried = [Structure(one.regressors, 0) for one in structures] or default_structures(absent)
@@ -104,6 +106,16 @@ def given(
     return Given(
         held_out=held_out, courses=courses, measured=measured, absent=absent, candidates=candidates, tried=tried
     )
+
+
+def check_long_enough(courses: Sequence[Course]) -> None:
+    """Raise DataError where cross-validation would leave nothing to learn from."""
+    if not all(fold.learned for fold in folds_of(courses)):
+        longest = max(one.force.size for one in courses)
+        raise DataError(
+            f"the longest run has {longest} samples: cross-validation leaves out a third of each in turn and learns "
+            f"from stretches of {SHORTEST}, so at least one run needs {FOLDS * SHORTEST}"
+        )
 
 
 def candidates_for(

@@ -125,12 +125,12 @@ def _judged(
     found = run(partial(_errors, scales=scales), tasks, on_done=lambda done, of: say(done / of))
     parts = {k: found[k * len(folds) : (k + 1) * len(folds)] for k in range(len(candidates))}
     size = scales[FORCE].size
-    judged = {}
+    judged = []
     for k, one in enumerate(candidates):
         squares = sum(min(float(part.errors @ part.errors) / size**2, spread) for part, spread in parts[k])
-        judged[k] = Judged(one, squares / sum(part.errors.size for part, _ in parts[k]))
-    best = min(judged, key=lambda k: judged[k].error)
-    return in_order(list(judged.values())), [part for part, _ in parts[best]]
+        judged.append(Judged(one, squares / sum(part.errors.size for part, _ in parts[k])))
+    ordered = in_order(judged)
+    return ordered, [part for part, _ in parts[judged.index(ordered[0])]]
 
 
 def _errors(task: tuple[Layered, Fold], scales: Scales) -> tuple[LeftOut, float]:

@@ -36,8 +36,10 @@ class Recipe:
 
 
 # Weight decays in steps of ten, from which the search goes on: 0.2 is a prior of scaled weights of about one half where
-# the error is a fifth of the force. Half and double choose the same structures.
+# the error is a fifth of the force. Half and double choose the same structures. On 34 records 2.0 was the decay of 3 of
+# the 170 that made a committee, so that the longest search begins without it.
 _DECAYS = (0.02, 0.2, 2.0)
+_FEW_DECAYS = _DECAYS[:2]
 _FED = (
     "F1 F2 v0 v1 i0 i1",
     "F1 F2 F3 x0 v0 v1 v2 i0 i1 i2",
@@ -46,9 +48,12 @@ _FED = (
 )
 _ALONE = "x0 v0 v1 a0 i0 i1"
 
-# Without feedback: stop operators give the memory, so that nothing can diverge where the training never was.
+# Without feedback: stop operators give the memory, so that nothing can diverge where the training never was. Two of
+# them do not see the displacement either: on a motion that is not periodic they are worse by up to 8 % of fit, at a
+# place of rest that the training never passed better by up to 5.
 _STOPPED = (
     "x0 v0 v2 v5 v10 a0 P0 Q0 R0 i0 i1",
+    "x0 v0 v1 v3 v6 P0 Q0 R0 S0 i0 i1",
     "v0 v1 v3 v6 P0 Q0 R0 S0 i0 i1",
     "v0 v1 v2 P0 Q0 Q1 R0 R1 i0 i1",
 )
@@ -63,8 +68,8 @@ _LEFT = tuple(f"{text} M0 M1" for text in (_FED[0], _FED[2], _ALONE, "v0 v1 P0 Q
 
 RECIPES: Mapping[str, Recipe] = {
     "nnoe": Recipe(
-        regressors=(_FED[0], _FED[1], _FED[3], _ALONE, *_STOPPED), nodes=NODES, decays=_DECAYS, quick=QUICK, full=FULL,
-        best=5, starts=1,
+        regressors=(_FED[0], _FED[1], _FED[3], _ALONE, *_STOPPED), nodes=NODES, decays=_FEW_DECAYS, quick=QUICK,
+        full=FULL, best=5, starts=1,
     ),
     "narx": Recipe(
         regressors=_FED, nodes=NODES, decays=_DECAYS, quick=QUICK_PREDICTOR, full=PREDICTOR, best=1, starts=1

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
@@ -103,6 +104,19 @@ def left_out(best: Polynomial, courses: Sequence[Course], scales: Scales, dt: fl
         errors = np.concatenate([(one.force - model.along(one))[one.counted] for one in fold.shown])
         parts.append(LeftOut(errors, np.zeros(errors.size)))
     return parts
+
+
+def on_all(one: Polynomial, courses: Sequence[Course], scales: Scales, dt: float) -> PolynomialNarx:
+    """The polynomial of what was tried, on all courses."""
+    kept = {name: scales[name] for name in (FORCE, *one.structure.signals)}
+    terms = ranking(one.structure, one.degree, courses, scales)[: one.terms]
+    return polynomial_of(one.structure, terms, courses, kept, dt)
+
+
+def first_that_forgets(models: Iterable[PolynomialNarx], courses: Sequence[Course]) -> int | None:
+    """Index of the first model whose free run forgets its start along every course; None where none does."""
+    forget = (all(math.isfinite(model.memory(one)) for one in courses) for model in models)
+    return next((k for k, forgets in enumerate(forget) if forgets), None)
 
 
 def ranking(structure: Structure, degree: int, courses: Sequence[Course], scales: Scales) -> list[Term]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +92,7 @@ def train_member(
     net, weights = network(structure, scales), first_weights(structure, seed)
     whole = _counted(courses)
     done: tuple[int | None, int] | None = None  # horizon and samples of the stage before
-    for stage in stages:
+    for stage in stages if structure.fed_back else _joined(stages):
         seen = list(courses) if stage.samples is None else fair_share(courses, stage.samples)
         count = _counted(seen)
         if done == (stage.horizon, count):
@@ -109,6 +110,14 @@ def train_member(
         )
         weights, done = trained.weights, (stage.horizon, count)
     return Member(structure, weights), trained
+
+
+def _joined(stages: Sequence[Stage]) -> list[Stage]:
+    """Stages for a network without feedback, to which no horizon matters: one of all steps on each share of samples."""
+    return [
+        Stage(None, sum(one.most_steps for one in same), min(one.tolerance for one in same), samples)
+        for samples, same in ((key, list(group)) for key, group in groupby(stages, key=lambda one: one.samples))
+    ]
 
 
 def _counted(courses: Sequence[Course]) -> int:

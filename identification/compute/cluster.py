@@ -9,6 +9,7 @@ from concurrent.futures import CancelledError
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from identification.compute.blas import one_blas_thread
 from identification.compute.executor import Executor, Failed, Item, Outcomes, Tasks, Value
 from identification.compute.futures import ASK_S, Future, outcomes_of
 from identification.compute.running import using
@@ -125,5 +126,5 @@ def _loaded(function: bytes) -> Callable[[Any], Any]:  # Any: what was pickled
 
 
 def _in_worker(function: bytes, item: bytes) -> Any:  # Any: the value of the item
-    with using(Serial()):
+    with one_blas_thread(), using(Serial()):
         return _loaded(function)(pickle.loads(item))

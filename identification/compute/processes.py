@@ -16,6 +16,7 @@ from tempfile import NamedTemporaryFile
 from threading import Lock, Thread
 from typing import Any
 
+from identification.compute.blas import one_blas_thread
 from identification.compute.executor import Executor, Failed, Item, Outcomes, Tasks, Value
 from identification.compute.futures import Future, outcomes_of
 from identification.compute.running import using
@@ -128,5 +129,5 @@ def _begin(alive: Connection, threads: int) -> None:
 
 
 def _in_worker(path: Path, item: Any) -> Any:  # Any: an item and its value
-    with using(_INNER[0]):
+    with one_blas_thread(), using(_INNER[0]):
         return _read(path)(item)

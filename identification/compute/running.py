@@ -8,6 +8,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
 
+from identification.compute.blas import one_blas_thread
 from identification.compute.executor import Executor, Failed, Item, Tasks, Value
 from identification.compute.threads import Threads
 from identification.compute.workers import available_workers
@@ -97,7 +98,7 @@ def _finished(
     if not items:
         return
     tasks, failed = Tasks(items), list[Failed]()
-    with closing(executor.carry_out(function, tasks)) as outcomes:
+    with one_blas_thread(), closing(executor.carry_out(function, tasks)) as outcomes:
         for outcome in outcomes:
             setting.check()
             if isinstance(outcome, Failed):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.blackbox.choose import Judged
-from identification.blackbox.given import Base, candidates_for
+from identification.blackbox.given import Base, candidates_for, check_long_enough
 from identification.blackbox.model import BlackBox, check_rate
 from identification.blackbox.networks import networks
 from identification.blackbox.preparation import at_one_rate, course_of
@@ -81,6 +81,7 @@ def identify_inverse(
     runs, held_out = inverse_runs(runs, held_out, forward.model, structures=structures, rate_hz=rate_hz)
     measured = [name for name in MEASURED if name in forward.model.inputs]
     courses = [course_of(one, measured) for one in runs]
+    check_long_enough(courses)
     limits = _limits(courses)
     changed = [changed_course(_told(one, forward, limits)) for one in courses]
     say = tell or (lambda done, text: None)

@@ -64,6 +64,7 @@ def check_axes(runs: Sequence[Run]) -> tuple[list[str], list[str]]:
             )
     if len(motions) < 2 or not loads:
         raise DataError(
-            f"{name_of(first)} holds {len(motions)} axis and {len(loads)} loads: two axes or more are needed"
+            f"{name_of(first)} holds {len(motions)} axis and {len(loads)} load: a model of several axes needs two "
+            "axes or more, such as displacement and displacement_y"
         )
     return motions, loads

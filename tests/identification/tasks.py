@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_info
 
 from identification.compute import run, run_here
 
@@ -21,6 +22,11 @@ Floats = NDArray[np.float64]
 def smoothed(signal: Floats, window: Floats) -> Floats:
     spectrum = np.fft.rfft(signal) * np.fft.rfft(window, signal.size)
     return np.fft.irfft(spectrum, signal.size) @ np.vander(signal, 4)
+
+
+def blas_threads(number: int) -> int:
+    """The most threads that a BLAS library of this process uses."""
+    return max(one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas")
 
 
 def of_two_failures(number: int) -> float:

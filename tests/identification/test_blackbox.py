@@ -263,7 +263,13 @@ def test_a_run_of_another_rate_is_refused_unless_it_is_resampled() -> None:
     [
         ("spline", {}, "kind is 'spline': a black box is nnoe, narx, mlp, arx"),
         ("nnoe", {"runs": []}, "no run was given"),
-        ("nnoe", {"samples": 200}, r"samples for \d+ weights: at least 3 for each are needed"),
+        (
+            "nnoe",
+            {"samples": 320, "regressors": [f"v{k}" for k in range(24)]},
+            r"samples for \d+ weights: at least 3 for each are needed",
+        ),
+        ("arx", {"samples": 200}, r"the longest run has 200 samples: .* at least one run needs 300"),
+        ("polynomial", {"samples": 200}, r"the longest run has 200 samples: .* at least one run needs 300"),
         ("nnoe", {"regressors": "F1 v0 i0"}, "current does not vary in these runs"),
         ("nnoe", {"missing": "force"}, "no channel 'force'"),
     ],

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from identification.compute import (
     Cluster,
@@ -41,6 +42,7 @@ from tests.identification.specimens import AS_SIMULATED, records_with
 from tests.identification.specimens import run as measured
 from tests.identification.tasks import (
     Told,
+    blas_threads,
     killed,
     of_two_failures,
     process_of,
@@ -87,6 +89,13 @@ def test_values_are_those_of_a_plain_loop_to_the_bit_and_in_its_order(executor: 
     window = rng.standard_normal(9)
     values = run(partial(smoothed, window=window), signals)
     assert [v.tobytes() for v in values] == [smoothed(s, window).tobytes() for s in signals]
+
+
+@on(*ALL)
+def test_tasks_use_one_blas_thread_each_and_what_comes_after_as_many_as_before(executor: Executor) -> None:
+    with threadpool_limits(2, user_api="blas"):
+        assert run(blas_threads, [0, 1, 2]) == [1, 1, 1]
+        assert blas_threads(0) == 2
 
 
 @on(*ALL)

@@ -16,7 +16,10 @@ from hypothesis import strategies as st
 from identification.blackbox import Identified, PolynomialNarx, Structure, identify, regressors, write_identified
 from identification.blackbox.polynomial import products, ranked, terms_of
 from identification.blackbox.polynomialfile import polynomial_to_json
+from identification.blackbox.preparation import course_of
 from identification.blackbox.scaling import MARGIN
+from identification.blackbox.terms import first_that_forgets
+from identification.blackbox.training import scales_of
 from identification.errors import ModelFileError
 from identification.models import load_model, motion_of
 from tests.identification.hysteretic import hysteretic
@@ -61,6 +64,21 @@ def test_a_free_run_is_stable_and_as_good_as_was_said_beforehand() -> None:
     assert shown > 50.0  # no polynomial of a few terms is a friction
     assert found().stable
     assert len(model().names()) == len(model().terms)
+
+
+def test_the_first_polynomial_that_forgets_its_start_is_taken() -> None:
+    structure = Structure(regressors("F1 v0"), 0)
+    course = course_of(hysteretic(1, 1200), ())
+    scales, dt = scales_of([course], structure.signals), course.motion.dt
+    sums, forgets, lags = (
+        PolynomialNarx(
+            name="", dt=dt, scales=scales, structure=structure, terms=((0,), (1,)), coefficients=np.array([own, 1e-3])
+        )
+        for own in (1.0, 0.9, 0.5)
+    )
+    assert first_that_forgets([sums, forgets, lags], [course]) == 1
+    assert first_that_forgets([lags, sums], [course]) == 0
+    assert first_that_forgets([sums, sums], [course]) is None
 
 
 @given(

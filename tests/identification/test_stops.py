@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from identification.blackbox import Structure, identify, regressors, write_identified
+from identification.blackbox.choose import FED_BACK, Candidate, Judged, in_order
 from identification.blackbox.stops import LIMITS, stopped, stopped_once
 from identification.models import load_model, motion_of
 from tests.identification.hysteretic import hysteretic
@@ -55,6 +56,15 @@ def test_with_them_a_network_without_feedback_learns_a_force_with_memory(tmp_pat
     write_identified(tmp_path / "m.json", found.model)
     motion = motion_of(shown)
     assert np.array_equal(load_model(tmp_path / "m.json").force(motion), found.model.force(motion))
+
+
+@given(st.floats(1e-6, 1.0), st.floats(1e-6, 1.0))
+def test_feedback_is_preferred_only_where_the_error_is_clearly_lower(fed: float, alone: float) -> None:
+    judged = [
+        Judged(Candidate(Structure(regressors(text), 8), 0.2), error)
+        for text, error in (("F1 v0 v1", fed), ("x0 v0 P0 R0", alone))
+    ]
+    assert in_order(judged)[0].error == (fed if fed * FED_BACK < alone else alone)
 
 
 BAD = st.one_of(st.sampled_from([math.nan, math.inf, -math.inf, 1e300]), st.floats(-1e6, 1e6, allow_nan=False))

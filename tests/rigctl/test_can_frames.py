@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 
 import rigctl
 from rigctl import can_frames as frames
-from rigctl import scaling
+from rigctl import can_further, scaling
 from rigctl.bus_load import bus_load, check_bus
 from rigctl.device import Fault, PressureStage
 from rigctl.errors import LimitError
+from rigctl.runfile import FURTHER_AXES
 
 FOLDER = Path(rigctl.__file__).parent
 CLASSIC: Any = cantools.database.load_file(FOLDER / "damper_rig.dbc")
@@ -258,6 +259,45 @@ def test_captured_samples_agree_with_the_dbc_and_survive_no_damage(
         assert frames.unpack_capture(classic[0][1], classic[3][1], 0.0, run_id=RUN, following=first) is None
 
 
+count24 = st.integers(-(2**23), 2**23 - 1)
+
+
+@given(st.lists(st.tuples(*10 * (count24,)), min_size=1, max_size=2), st.integers(0, 2**31), st.integers(0, 63), u16)
+def test_channels_of_further_axes_agree_with_the_dbc_and_survive_no_damage(
+    rows: list[tuple[int, ...]], first: int, where: int, change: int
+) -> None:
+    values = si(rows, scaling.FURTHER)
+    [(number, data)] = can_further.pack_further_fd(values, first, run_id=RUN)
+    decoded = FD.decode_message(number, data)
+    for k, row in enumerate(values):
+        assert [decoded[f"{name}_{k}"] for name in FURTHER_AXES] == pytest.approx(row.tolist(), abs=1e-9)
+    found = can_further.unpack_further_fd(data, run_id=RUN, following=first + 9)
+    assert found is not None
+    assert found[0] == first
+    np.testing.assert_allclose(found[1], values, rtol=1e-12, atol=1e-12)
+    damaged = bytearray(data)
+    damaged[where] ^= change % 255 + 1
+    assert can_further.unpack_further_fd(bytes(damaged), run_id=RUN, following=first) is None
+    assert can_further.unpack_further_fd(data, run_id=RUN + 1, following=first) is None
+    frames_of = can_further.pack_further(values, first, run_id=RUN)
+    parts = dict(frames_of[:5])
+    shown = {name: value for part in parts.items() for name, value in CLASSIC.decode_message(*part).items()}
+    assert [shown[name] for name in FURTHER_AXES] == pytest.approx(values[0].tolist(), abs=1e-9)
+    sample = can_further.unpack_further(parts, run_id=RUN, following=first + 1)
+    assert sample is not None
+    assert sample[0] == first
+    np.testing.assert_allclose(sample[1], values[:1], rtol=1e-12, atol=1e-12)
+    assert can_further.unpack_further(parts, run_id=RUN + 1, following=first) is None
+    if len(rows) > 1:
+        mixed = parts | dict(frames_of[5:6])
+        assert can_further.unpack_further(mixed, run_id=RUN, following=first) is None
+
+
+def test_a_channel_of_a_further_axis_that_does_not_fit_is_refused() -> None:
+    with pytest.raises(OverflowError, match="does not fit 24 bits"):
+        can_further.pack_further(np.full((1, 10), 1.0), 0, run_id=RUN)
+
+
 def test_a_plan_that_the_bus_cannot_carry_is_refused() -> None:
     def classic(rate: float) -> float:
         return bus_load(rate, fd=False, bitrate=1e6, data_bitrate=5e6)
@@ -273,3 +313,13 @@ def test_a_plan_that_the_bus_cannot_carry_is_refused() -> None:
     check_bus(5000, fd=True, bitrate=1e6, data_bitrate=5e6)
     with pytest.raises(LimitError, match=r"2000 Hz loads the bus to 84 %.*CAN FD"):
         check_bus(2000, fd=False, bitrate=1e6, data_bitrate=5e6)
+
+
+def test_the_channels_of_further_axes_load_the_bus_too() -> None:
+    def load(rate: float, *, fd: bool) -> float:
+        return bus_load(rate, fd=fd, bitrate=1e6, data_bitrate=5e6, further_axes=True)
+
+    assert load(500, fd=False) == pytest.approx(0.56, abs=0.01)
+    assert load(1000, fd=True) == pytest.approx(0.16, abs=0.02)
+    with pytest.raises(LimitError, match=r"1000 Hz loads the bus to 111 %.*CAN FD"):
+        check_bus(1000, fd=False, bitrate=1e6, data_bitrate=5e6, further_axes=True)

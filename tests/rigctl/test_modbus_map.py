@@ -9,12 +9,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rigctl import modbus_further, scaling
 from rigctl import modbus_map as table
-from rigctl import scaling
 from rigctl.limits import Configuration, Limits
 from rigctl.transport import CaptureBlock, SetpointBlock
 
-BLOCKS = (*table.INPUT_BLOCKS, *table.COMMAND_BLOCKS, table.CONFIGURATION, table.WRITE_HEADER, table.READ_HEADER)
+BLOCKS = (
+    *table.INPUT_BLOCKS,
+    *table.COMMAND_BLOCKS,
+    table.CONFIGURATION,
+    table.WRITE_HEADER,
+    table.READ_HEADER,
+    *modbus_further.HEADERS,
+)
 
 
 def test_no_two_registers_share_a_word_and_every_one_lies_in_its_block() -> None:
@@ -32,6 +39,10 @@ def test_no_two_blocks_overlap_and_every_window_fits_one_transaction() -> None:
     assert table.WRITE_COUNT <= 121
     assert table.READ_COUNT <= 125
     assert table.WRITE_HEADER.address + table.WRITE_COUNT <= table.READ_HEADER.address
+    assert table.READ_HEADER.address + table.READ_COUNT <= modbus_further.HEADERS[0].address
+    assert modbus_further.COUNT <= 125
+    for one, other in itertools.pairwise(modbus_further.HEADERS):
+        assert one.address + modbus_further.COUNT <= other.address
 
 
 @given(st.data())
@@ -129,3 +140,23 @@ def test_a_configuration_comes_back_from_its_registers() -> None:
     configuration = Configuration(sample_rate_hz=512.5, limits=Limits(force_n=1234.5, position_min_m=-0.0123))
     words = table.CONFIGURATION.encode(table.configuration_values(configuration))
     assert table.configuration_from(table.CONFIGURATION.decode(words)) == configuration
+
+
+@given(st.integers(0, table.CAPTURE_SAMPLES), st.integers(0, 2**31), st.integers(0, 999), st.integers(1, 0xFFFF))
+def test_channels_of_further_axes_cross_in_windows_and_survive_no_damage(
+    count: int, first: int, where: int, change: int
+) -> None:
+    random = np.random.default_rng(where)
+    values = np.hstack([np.ones((count, 5)), random.uniform(-1, 1, (count, 10)) * 1e5 * np.array(scaling.FURTHER)])
+    whole = CaptureBlock(run_id=7, first_index=first, values=values)
+    words = [modbus_further.encode_further(k, whole) for k in range(len(modbus_further.HEADERS))]
+    windows = [modbus_further.decode_further(k, one) for k, one in enumerate(words)]
+    some = CaptureBlock(run_id=7, first_index=first, values=values[:, :5])
+    joined = modbus_further.with_further(some, windows)
+    assert joined is not None
+    assert np.all(np.abs(joined.values - values)[:, 5:] <= 0.5001 * np.array(scaling.FURTHER))
+    later = CaptureBlock(run_id=7, first_index=first + 1, values=values[:, :5])
+    assert modbus_further.with_further(later, windows) is None
+    used = 6 + 20 * min(count, modbus_further.SAMPLES)
+    words[0][where % used] ^= change
+    assert modbus_further.decode_further(0, words[0]) is None
