@@ -38,7 +38,7 @@ class Equation:
         if not self.terms:
             return f"no short equation of motion, current, temperature and their memory describes it; {self.parity}"
         sum_ = " ".join(f"{'−' if c < 0 else '+'} {abs(c):.3g} N·{name}" for name, c in self.terms).removeprefix("+ ")
-        return f"as an equation Δf ≈ {sum_}, {100 * self.share:.0f} % of it on runs left out; {self.parity}"
+        return f"as an equation Δf ≈ {sum_}, {100 * min(self.share, 1.0):.0f} % of it on runs left out; {self.parity}"
 
 
 def describe(records: Sequence[Record], at: Tangent) -> Equation:

@@ -76,13 +76,13 @@ def _evidence(found: Search, name: str, records: Sequence[Record], held_out: Seq
 
 def _left_on(records: Sequence[Record], model: Model, without: Model, unseen: float) -> float:
     """Share of what is missing on records without a name that is left with it; `unseen` where they do not show it."""
-    before = _excess_on(records, without)
+    before = excess_on(records, without)
     if before <= significant_excess(records):
         return unseen
-    return max(_excess_on(records, model), 0.0) / before
+    return max(excess_on(records, model), 0.0) / before
 
 
-def _excess_on(records: Sequence[Record], model: Model) -> float:
+def excess_on(records: Sequence[Record], model: Model) -> float:
     """Whitened residual energy of a model on records that it was not fitted to, beyond the noise."""
     rests = [(r.measured - predict(model, r)[0]) / r.sigma for r in records]
     return sum(float(np.dot(e, e)) - e.size for e in rests)

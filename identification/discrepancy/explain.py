@@ -91,7 +91,7 @@ def explain(
         base = fit_records(model, [compact(r) for r in train])
         again = partial(_search, model, base, result.hum, train, held, level=named)
         result = again(report=lambda text, done: report(text, max(done, 0.5)))
-    if result.hum is not None and result.found.names and _find_hum(result.found.fit.model, result.train) is None:
+    if result.hum is not None and result.found.names and _hum_is_gone(result):
         report("the hum was part of a named effect: repeating the search without it", 0.5)
         result = _search(model, base, None, train, held, lambda text, done: report(text, max(done, 0.5)))
     result, odd = _without_odd_run(model, result, train, held, report)
@@ -156,6 +156,12 @@ def _search(
 def _is_seen(base: Fit, records: Sequence[Record]) -> bool:
     """Whether the fitted runs show a gap."""
     return is_seen(excess_of(base), records)
+
+
+def _hum_is_gone(result: SearchResult) -> bool:
+    """Whether the model with all names leaves no tone, before or after it is fitted to the whole records beside one."""
+    without = result.found.fit.model, _fit_final(result).without(TONE.name)
+    return any(_find_hum(model, result.train) is None for model in without)
 
 
 def _find_hum(model: Model, train: Sequence[Record]) -> Hum | None:

@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from excitation.kinds import Kind
-from identification.criteria import FORM, TEXT
+from identification.criteria import BUDGET, FORM, TEXT
 from identification.discrepancy.confidence_table import fitted_table
 from identification.discrepancy.evidence import Evidence
 from identification.discrepancy.explanation import Traces
@@ -67,11 +67,11 @@ def capped(evidence: Sequence[Evidence]) -> list[str]:
 
 
 def tared_apart(traces: Sequence[Traces]) -> list[str]:
-    """A warning where a share of the gap is a mean force that some runs have and others have not."""
+    """A warning where most of the gap is a mean force that some runs have and others have not."""
     rest = [t.record.measured - t.final for t in traces]
     means = np.array([float(np.mean(e)) for e in rest])
     gap = float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
-    if len(traces) < 3 or float(np.std(means)) < FORM.minor * gap:
+    if len(traces) < 3 or float(np.var(means)) < BUDGET.odd_share * gap**2:
         return []
     low, high = int(np.argmin(means)), int(np.argmax(means))
     return [

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from identification.criteria import FORM
-from identification.discrepancy.evidence import Evidence
+from identification.discrepancy.evidence import Evidence, excess_on
 from identification.discrepancy.excess import is_seen
 from identification.discrepancy.naming import (
     Compared,
@@ -45,7 +45,7 @@ def search_in_passes(
         report(f"searching for more beside {len(found.names)}")
         more, new, doubtful = _one_pass(found.fit.model, found.fit, found.names, records, held_out, report)
         latest = more.names
-        if latest and not (gap_remains(found, records) or more.excess < FORM.minor * found.excess):
+        if latest and not _counts(more, found, records, held_out):
             within = more
             break
         withheld = list({e.name: e for e in (*withheld, *doubtful)}.values())
@@ -53,6 +53,15 @@ def search_in_passes(
             found = _together(found, more, records)
             evidence = [e for e in (*evidence, *new) if e.name in found.names]
     return found, evidence, [e for e in withheld if e.name not in found.names], within
+
+
+def _counts(more: Search, found: Search, records: Sequence[Record], held_out: Sequence[Record]) -> bool:
+    """Whether names beside those found are effects and no departures of their forms: these leave more than their forms
+    do, or the new ones close nearly all of it, on records that were held out too."""
+    if gap_remains(found, records):
+        return True
+    before, after = (excess_on(held_out, s.fit.model) for s in (found, more))
+    return more.excess < FORM.minor * found.excess and after < before
 
 
 def _one_pass(
