@@ -44,7 +44,7 @@ def _thinned(record: Record, residual: Floats) -> tuple[Record, Floats]:
 
     A current that varies needs every sample: a step between two of them would be a lag.
     """
-    k = 1 if record.period or not is_steady(record.motion.i) else _stride(record.motion)
+    k = 1 if record.period or not is_steady(record.motion.i) else _stride(record)
     if k == 1:
         return record, residual
     at = np.arange(record.force.size)[record.window]
@@ -57,10 +57,10 @@ def _thinned(record: Record, residual: Floats) -> tuple[Record, Floats]:
     return thin, residual[kept]
 
 
-def _stride(motion: Motion) -> int:
-    """Samples of a motion for one that it needs: a cycle as quick as its fastest turn has 2π·max abs(v)/max abs(a)."""
-    cycle = 2.0 * np.pi * float(np.max(np.abs(motion.v))) / max(float(np.max(np.abs(motion.a))), 1e-300)
-    return max(1, int(cycle / motion.dt / _A_CYCLE))
+def _stride(record: Record) -> int:
+    """Samples of a motion for one that it needs: a cycle as quick as its fastest turn takes 2π·max abs(v)/max abs(a)."""
+    v, a = (float(np.max(np.abs(s[record.window]))) for s in (record.motion.v, record.motion.a))
+    return max(1, int(2.0 * np.pi * v / max(a, 1e-300) / record.dt / _A_CYCLE))
 
 
 def _as_slice(at: NDArray[np.int64]) -> Window:

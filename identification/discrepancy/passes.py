@@ -45,8 +45,8 @@ def search_in_passes(
         report(f"searching for more beside {len(found.names)}")
         more, new, doubtful = _one_pass(found.fit.model, found.fit, found.names, records, held_out, report)
         latest = more.names
-        if latest and not _counts(more, found, records, held_out):
-            within = more
+        if latest and not gap_remains(found, records) and not _closes_the_rest(more, found, held_out):
+            within = None if _are_curves(more) else more
             break
         withheld = list({e.name: e for e in (*withheld, *doubtful)}.values())
         if latest:
@@ -55,13 +55,15 @@ def search_in_passes(
     return found, evidence, [e for e in withheld if e.name not in found.names], within
 
 
-def _counts(more: Search, found: Search, records: Sequence[Record], held_out: Sequence[Record]) -> bool:
-    """Whether names beside those found are effects and no departures of their forms: these leave more than their forms
-    do, or the new ones close nearly all of it, on records that were held out too."""
-    if gap_remains(found, records):
-        return True
+def _closes_the_rest(more: Search, found: Search, held_out: Sequence[Record]) -> bool:
+    """Whether names within the tolerance of the forms of others are effects of their own: they close nearly all that
+    is left, on records that were held out too, and none is a curve over velocity, as that of another one may be off."""
     before, after = (excess_on(held_out, s.fit.model) for s in (found, more))
-    return more.excess < FORM.minor * found.excess and after < before
+    return more.excess < FORM.minor * found.excess and after < before and not _are_curves(more)
+
+
+def _are_curves(more: Search) -> bool:
+    return any(more.fit.model.element(n).spec.curve is not None for n in more.names)
 
 
 def _one_pass(

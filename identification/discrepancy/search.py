@@ -42,7 +42,8 @@ def search(
     last = search_from(replace(start_state(given, base, records), earlier=tuple(earlier)), records, report)
     found = drop_needless(last, records)
     searched = [last]
-    starts = other_starts(last, given, base, records)
+    beyond_form = gap_remains(last, records)
+    starts = (other_starts if beyond_form else near_given)(last, given, base, records)
     while is_seen(found.excess, records) and (another := next(starts, None)) is not None:
         text, start = another
         report(f"a gap remains: searching again {text}")
@@ -68,14 +69,18 @@ def start_state(given: Model, base: Fit, records: Sequence[Record]) -> Search:
 
 
 def other_starts(last: Search, given: Model, base: Fit, records: Sequence[Record]) -> Iterator[tuple[str, Search]]:
-    """Where the names explain the gap and leave more than the error of their forms, the second choice at the last and
-    at the first of them; and the base limited to near its given values, where its refit has left them and one name then
-    closes much."""
-    added = steps(last) if explains(last) and gap_remains(last, records) else []
+    """Where the names explain the gap, the second choice at the last and at the first of them; then `near_given`."""
+    added = steps(last) if explains(last) else []
     for before, after in (*added[:1], *added[1:][-1:]):
         second = _second_choice(before, after, last.names, records)
         if second is not None and frozenset(second.names) != last.dead_end:
             yield f"with {second.fit.model.element(second.names[-1]).spec.title}", second
+    yield from near_given(last, given, base, records)
+
+
+def near_given(last: Search, given: Model, base: Fit, records: Sequence[Record]) -> Iterator[tuple[str, Search]]:
+    """The base limited to near its given values, where its refit has left them and one name then closes much: a refit
+    that imitates an effect hides it."""
     held = limit_base(given)
     if _is_outside(base.model, held):
         near = start_state(held, fit_records(held, records), records)

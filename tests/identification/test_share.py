@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -30,10 +32,11 @@ def test_a_piece_is_a_stretch_of_the_record_with_the_samples_of_its_window() -> 
     for piece, whole in zip(fair_shares(records, residuals), records, strict=True):
         assert piece.measured.size < whole.measured.size
         begin = int(np.flatnonzero(whole.motion.t == piece.motion.t[0])[0])
-        stop = begin + piece.force.size
-        assert np.array_equal(piece.force, whole.force[begin:stop])
-        assert np.array_equal(piece.motion.x, whole.motion.x[begin:stop])
-        assert np.array_equal(piece.measured, whole.force[begin:stop][piece.window])
+        every = round(piece.dt / whole.dt)
+        stretch = slice(begin, begin + every * piece.force.size, every)
+        assert np.array_equal(piece.force, whole.force[stretch])
+        assert np.array_equal(piece.motion.x, whole.motion.x[stretch])
+        assert np.array_equal(piece.measured, whole.force[stretch][piece.window])
         assert piece.sigma == whole.sigma
 
 
@@ -53,5 +56,18 @@ def test_a_model_simulates_the_same_on_the_piece_as_on_the_whole() -> None:
     residuals = [r.measured - predict(model, r)[0] for r in records]
     for piece, whole in zip(fair_shares(records, residuals), records, strict=True):
         own, of_whole = predict(model, piece)[0], predict(model, whole)[0]
-        first = int(np.searchsorted(whole.motion.t[whole.window], piece.motion.t[piece.window][0]))
-        assert own == pytest.approx(of_whole[first : first + own.size], abs=0.05 * float(np.std(of_whole)))
+        at = np.searchsorted(whole.motion.t[whole.window], piece.motion.t[piece.window])
+        assert own == pytest.approx(of_whole[at], abs=0.05 * float(np.std(of_whole)))
+
+
+def test_a_motion_sampled_far_too_finely_is_thinned_and_one_with_a_current_that_varies_is_not() -> None:
+    t = np.arange(8000) / 1000.0
+    slow = run("none", 0, seed=3)
+    x, i = 0.02 * np.sin(2.0 * np.pi * 0.4713 * t), np.full(t.size, 0.8)
+    rng = np.random.default_rng(1)
+    channels = {"displacement": x, "force": 900.0 * np.gradient(x, 1e-3) + rng.standard_normal(t.size), "current": i}
+    steady = record_from_run(replace(slow, channels=channels, period_samples=0))
+    varied = record_from_run(replace(slow, channels={**channels, "current": np.sin(3.0 * t)}, period_samples=0))
+    thin, whole = fair_shares([steady, varied], [r.measured for r in (steady, varied)])
+    assert 90 <= 1.0 / 0.4713 / thin.dt <= 250  # samples in a cycle
+    assert whole.dt == varied.dt
