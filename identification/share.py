@@ -58,7 +58,7 @@ def _thinned(record: Record, residual: Floats) -> tuple[Record, Floats]:
 
 
 def _stride(record: Record) -> int:
-    """Samples of a motion for one that it needs: a cycle as quick as its fastest turn takes 2π·max abs(v)/max abs(a)."""
+    """Samples of a motion for one that it needs: a cycle as quick as its fastest turn is 2π·max abs(v)/max abs(a)."""
     v, a = (float(np.max(np.abs(s[record.window]))) for s in (record.motion.v, record.motion.a))
     return max(1, int(2.0 * np.pi * v / max(a, 1e-300) / record.dt / _A_CYCLE))
 
