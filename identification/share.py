@@ -23,13 +23,13 @@ _SERIES = ("x", "v", "a", "i", "temperature", "t")
 def fair_shares(records: Sequence[Record], residuals: Sequence[Floats]) -> list[Record]:
     """The records, those without a period cut so that together they have few samples where they had many.
 
-    A motion that is sampled far more finely than it turns is thinned. Of what is then too long each keeps one piece:
-    that with most energy in its residual (M,), N, of the model that is to be improved. A piece spans two cycles of the
-    motion at least, and before it the simulation has gone through the whole travel.
+    A motion that is sampled far more finely than it turns is thinned, by no more than it takes. Of what is then too
+    long each keeps one piece: that with most energy in its residual (M,), N, of the model that is to be improved. A
+    piece spans two cycles of the motion at least, and before it the simulation has gone through the whole travel.
     """
-    if _share(records) >= 1.0:
+    if (share := _share(records)) >= 1.0:
         return list(records)
-    thin = [_thinned(r, e) for r, e in zip(records, residuals, strict=True)]
+    thin = [_thinned(r, e, int(1.0 / share)) for r, e in zip(records, residuals, strict=True)]
     most = _share([r for r, _ in thin])
     return [r if r.period or most >= 1.0 else _piece(r, e, most) for r, e in thin]
 
@@ -39,12 +39,12 @@ def _share(records: Sequence[Record]) -> float:
     return BUDGET.samples / max(sum(r.measured.size for r in records), 1)
 
 
-def _thinned(record: Record, residual: Floats) -> tuple[Record, Floats]:
-    """Every k-th sample of a record and of its residual, with 100 in a cycle of the motion still.
+def _thinned(record: Record, residual: Floats, most: int) -> tuple[Record, Floats]:
+    """Every k-th sample of a record and of its residual, k ≤ `most`, with 100 in a cycle of the motion still.
 
     A current that varies needs every sample: a step between two of them would be a lag.
     """
-    k = 1 if record.period or not is_steady(record.motion.i) else _stride(record)
+    k = 1 if record.period or not is_steady(record.motion.i) else min(_stride(record), most)
     if k == 1:
         return record, residual
     at = np.arange(record.force.size)[record.window]

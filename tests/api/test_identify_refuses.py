@@ -28,6 +28,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "driven": driven,
         "passive": passive,
         "short": cut(driven, 120),
+        "brief": cut(driven, 320),
         "faster": hysteretic(3, 1200, rate_hz=500.0, current=True),
         "held": with_channel(driven, "current", np.full(x.size, 0.5), "A"),
         "copied": with_channel(driven, "current", 40.0 * x + 1.0, "A"),
@@ -46,9 +47,9 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize(
     ("words", "parts"),
     [
-        (["identify", "nnoe", "short.h5"], ["samples for 103 weights", "at least 3 for each", "record more"]),
+        (["identify", "nnoe", "short.h5"], ["the longest run has 120 samples", "at least one run needs 300"]),
         (
-            ["identify", "narx", "short.h5", "--layers", "20,20", "--regressors", "F1 v0"],
+            ["identify", "narx", "brief.h5", "--layers", "20,20", "--regressors", "F1 v0"],
             ["samples for", "weights: at least 3 for each"],
         ),
         (["identify", "arx", "held.h5", "--regressors", "F1 v0 i0"], ["current does not vary in these runs: leave it"]),
