@@ -22,7 +22,7 @@ def finer(base: Model, fitted: Model) -> list[str]:
     """The finer shapes that the base's own curves were found to have."""
     return [
         f"{e.spec.title} of the base: {spec.name} = {p.value:.3g} {spec.unit}, where its canonical form "
-        f"{'does not follow the current' if spec.gain else 'has none' if spec.unit == '–' else 'jumps'}"
+        f"{'does not follow the current' if spec.gain else 'jumps' if spec.unit in ('m', 'm/s') else 'has none'}"
         for e in fitted.elements
         if e.id in base.ids
         for spec, p in zip(e.spec.parameters, e.parameters, strict=True)

@@ -410,8 +410,9 @@ def on_bound(trial: Trial) -> bool:
     """Whether the fit left the new element without effect: its strength or its only parameter on a bound."""
     own = trial.own
     vital = [
-        (p.value, spec.low if p.low is None else p.low, spec.high if p.high is None else p.high)
+        (p.value, spec.low if p.low is None else p.low, spec.high if p.high is None else p.high, spec.low_is_meant)
         for p, spec in zip(own.parameters, own.spec.parameters, strict=True)
         if not p.fixed and not spec.refinement and not spec.bound_is_meant
     ]
-    return any(value <= low or value >= high for value, low, high in vital) or trial.contribution <= 0.0
+    lost = any((value <= low and not meant) or value >= high for value, low, high, meant in vital)
+    return lost or trial.contribution <= 0.0

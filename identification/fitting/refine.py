@@ -85,10 +85,11 @@ def with_shapes_of(model: Model, fitted: Model) -> Model:
 def _start(units: set[str], records: Sequence[Record], gap: float) -> Parameter:
     """First value and limits of a build-up: at zero its gradient vanishes, and a step that lands there would stay.
 
-    A share has a gradient there.
+    A share has a gradient there, and a lag that of a dead time.
     """
-    if units == {"–"}:
-        return Parameter(value=0.0)
     scales = scales_of(records, gap)
-    scale = scales.speeds[0] if units == {"m/s"} else FORM.minor * scales.x_rms
+    typical = {"m/s": scales.speeds[0], "m": FORM.minor * scales.x_rms, "s": scales.motion_time}
+    scale = next((typical[u] for u in units if u in typical), 0.0)
+    if scale == 0.0:
+        return Parameter(value=0.0)
     return Parameter(value=BUDGET.build_up * scale, low=CHANCE.visible * scale, high=FORM.disproportionate * scale)

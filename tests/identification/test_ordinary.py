@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import bessel, butter, group_delay, lfilter
 
 from identification.discrepancy import Verdict, explain
 from identification.discrepancy.candidates import admissible
@@ -14,7 +15,7 @@ from identification.physical.model import Model, element
 from identification.quieter import quieter
 from identification.record import record_from_run
 from identification.scales import scales_of
-from tests.identification.ordinary import RATE, campaign, digressive, motion, recorded
+from tests.identification.ordinary import RATE, Floats, campaign, digressive, motion, recorded
 
 BASE = Model(
     name="a saturating valve, the same on both sides",
@@ -38,6 +39,17 @@ def test_a_stop_at_one_end_is_an_end_stop_of_that_side() -> None:
     found = explain(BASE, runs[:4], runs[4:])
     assert "end_stop" in [e.element for e in found.effects]
     assert {e.name: e for e in found.model.elements}["end_stop"].values()["side"] == pytest.approx(-1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("analogue", [butter(1, 9.0, fs=RATE), butter(2, 14.0, fs=RATE), bessel(4, 16.0, fs=RATE)])
+def test_a_low_pass_of_the_recorder_is_a_late_force_and_no_bush_or_mass(analogue: tuple[Floats, Floats]) -> None:
+    """Filters of three kinds, of 2 to 4 times the fastest motion, on the force alone."""
+    runs = campaign("late", lambda x, v: lfilter(*analogue, digressive(v)), SIZES)
+    found = explain(BASE, runs[:4], runs[4:])
+    assert [e.element for e in found.effects] == ["force_delay"]
+    own = {e.name: e for e in found.model.elements}["force_delay"].values()
+    _, delay = group_delay(analogue, w=[2.0], fs=RATE)  # at the frequencies of the motion a filter delays by as much
+    assert own["tau"] + own["lag"] == pytest.approx(delay[0] / RATE, rel=0.1)
 
 
 def test_beside_a_free_preload_no_offset_is_sought() -> None:

@@ -20,8 +20,14 @@ ROWS: Final = (
         name="force_delay",
         family=Family.SENSOR,
         title="time skew of the force channel",
-        equation="F(t) = f(t − tau)",
-        parameters=(ParameterSpec("tau", "s", limits=lambda s: (0.0, 2.0 * s.motion_time), remedy=Remedy.FREQUENCY),),
+        equation="F(t) + lag·dF/dt = f(t − tau)",
+        parameters=(
+            ParameterSpec(
+                "tau", "s", low_is_meant=True, limits=lambda s: (0.0, 2.0 * s.motion_time), remedy=Remedy.FREQUENCY
+            ),
+            # An amplifier's or a recorder's low-pass: late alike, and weaker where the motion is fast.
+            ParameterSpec("lag", "s", default=0.0, refinement=True, remedy=Remedy.FREQUENCY),
+        ),
         starts=lambda s: [{"tau": 0.03 * s.motion_time}],
         moves_all=True,
         alias=Alias("a lead of the displacement channel", "feed one electrical signal into both channels"),

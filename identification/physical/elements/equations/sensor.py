@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from identification.models.motion import Motion
 from identification.physical.elements.spec import ElementSpec
@@ -32,6 +33,33 @@ def delay_of(spec: ElementSpec, values: Sequence[float]) -> float:
     return values[0] if spec.name == "force_delay" else 0.0
 
 
+def lag_of(spec: ElementSpec, values: Sequence[float]) -> float:
+    """Time constant with which the element follows the force before it, s; see `lagged`."""
+    return values[1] if spec.name == "force_delay" else 0.0
+
+
+def lagged(series: Floats, lag: float, motion: Motion) -> Floats:
+    """What follows `series`, (N,) or (N, K), with a lag in s: y + lag·dy/dt = u, with u linear between samples.
+
+    y[n] = q·y[n−1] + (g − q)·u[n−1] + (1 − g)·u[n], q = e^(−h/lag), g = (1 − q)·lag/h. It starts as a period before has
+    left it where the motion repeats, else as after a long ramp of the first slope.
+    """
+    if lag <= 0.0 or series.shape[0] < 2:
+        return series
+    h = motion.dt
+    q = float(np.exp(-h / lag))
+    g = (1.0 - q) * lag / h
+    b, a = (1.0 - g, g - q), (1.0, -q)
+    if motion.period and series.shape[0] >= motion.period:
+        one = series[: motion.period]
+        first, _ = lfilter(b, a, one, axis=0, zi=((g - q) * one[-1])[None])
+        state = (g - q) * one[-1] + q * first[-1] / (1.0 - q**motion.period)
+    else:
+        before = 2.0 * series[0] - series[1]
+        state = (g - q) * before + q * (before - lag * (series[1] - series[0]) / h)
+    return np.asarray(lfilter(b, a, series, axis=0, zi=state[None])[0])
+
+
 def acting(sensor: Sequence[Element]) -> tuple[float, float]:
     """Offset, N, and stiffness, N/m, of the elements of the sensor path that act on a vehicle."""
     sums = {name: sum(e.parameters[0].value for e in sensor if e.name == name) for name in ACTS}
@@ -39,10 +67,14 @@ def acting(sensor: Sequence[Element]) -> tuple[float, float]:
 
 
 def _delay(values: Sequence[float], motion: Motion, force: Floats) -> Added:
-    """The delay itself is already in the inputs; a later force is the slope of the force taken backwards."""
+    """The delay is already in the inputs and the lag in the force; a later force is its slope taken backwards.
+
+    By the lag: lag·ds/dt + s = −dF/dt.
+    """
     with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the sums of its gradient
         rate = np.gradient(force, motion.dt)
-    return np.zeros(force.size), -rate[:, None]
+        later = lagged(rate, values[1], motion)
+    return np.zeros(force.size), -np.stack([rate, later], axis=1)
 
 
 def _offset(values: Sequence[float], motion: Motion, force: Floats) -> Added:
