@@ -1,4 +1,4 @@
-"""Effects that no element of the catalogue describes."""
+"""Effects that no element of the catalogue describes, and a filter that makes the displacement late."""
 
 from __future__ import annotations
 
@@ -53,6 +53,9 @@ def _early(rng: Rng, scale: Scale, values: Mapping[str, float]) -> Values:
     return {"early_hz": rng.uniform(1.2, 3.0) * scale.fastest_hz}
 
 
-EARLY = _outside("low-pass in the displacement channel", (1.2, 3.0, "motion's highest frequency"), _early)
+EARLY = replace(
+    _outside("low-pass in the displacement channel", (1.2, 3.0, "motion's highest frequency"), _early),
+    names=(("force_delay",), ("moving_mass",)),  # the force is early; beside a linear damper a mass does the same
+)
 CLOCKS = _outside("clocks of both channels differ", (5e-4, 1e-3, "time"), _clocks)
 CHAIN = (replace(EARLY, weight=0.25), replace(CLOCKS, weight=0.25))

@@ -54,8 +54,7 @@ def at_limit(e: Element) -> bool:
     for spec, p in zip(e.spec.parameters, e.parameters, strict=True):
         low, high = spec.low if p.low is None else p.low, spec.high if p.high is None else p.high
         own = (p.low is not None or p.high is not None) or not spec.bound_is_meant
-        below = p.value <= low and not spec.low_is_meant
-        if not p.fixed and own and (below or p.value >= high):
+        if not p.fixed and own and not low < p.value < high:
             return True
     return False
 

@@ -374,8 +374,10 @@ def tolerance(trial: Trial) -> float:
 
 
 def complexity(trial: Trial) -> float:
-    """Free parameters, and one more for a whole damping curve beside the one that the base has."""
-    return trial.parameters + (1.0 if trial.own.spec.curve == Curve.WHOLE else 0.0)
+    """Free parameters, one more for a whole damping curve beside that of the base, and one for unlikely values."""
+    spec, own = trial.own.spec, trial.own.values()
+    unlikely = spec.unlikely is not None and spec.unlikely(own)
+    return trial.parameters + (1.0 if spec.curve == Curve.WHOLE else 0.0) + (1.0 if unlikely else 0.0)
 
 
 def contradicts_itself(trial: Trial) -> bool:
@@ -410,9 +412,8 @@ def on_bound(trial: Trial) -> bool:
     """Whether the fit left the new element without effect: its strength or its only parameter on a bound."""
     own = trial.own
     vital = [
-        (p.value, spec.low if p.low is None else p.low, spec.high if p.high is None else p.high, spec.low_is_meant)
+        (p.value, spec.low if p.low is None else p.low, spec.high if p.high is None else p.high)
         for p, spec in zip(own.parameters, own.spec.parameters, strict=True)
         if not p.fixed and not spec.refinement and not spec.bound_is_meant
     ]
-    lost = any((value <= low and not meant) or value >= high for value, low, high, meant in vital)
-    return lost or trial.contribution <= 0.0
+    return any(value <= low or value >= high for value, low, high in vital) or trial.contribution <= 0.0

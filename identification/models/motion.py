@@ -54,7 +54,7 @@ class Motion:
         return replace(self, **{name: getattr(self, name)[index] for name in _SERIES})
 
     def shifted(self, tau: float) -> Motion:
-        """The inputs as they were `tau` seconds ago; before the first sample they hold their first value."""
+        """The inputs as they were `tau` seconds ago, or will be in −`tau`; beyond the samples the nearest is held."""
         if tau == 0.0:
             return self
         if self.period:
@@ -123,13 +123,9 @@ def is_step(i: Floats) -> NDArray[np.bool_]:
 
 def delayed(i: Floats, tau: float, dt: float, periodic: int = 0) -> Floats:
     """The current `tau` seconds ago, (N,): interpolated where it is smooth, held where it steps."""
-    n = i.size
-    position = np.arange(n) - tau / dt
+    position = np.arange(i.size) - tau / dt
     if periodic:
-        i, position = np.concatenate([i[:periodic], i]), position + periodic
-        while position[0] < 0:
-            position = position + periodic
-            i = np.concatenate([i[:periodic], i])
+        i, position = np.concatenate([i[:periodic], i[:1]]), position % periodic
     position = np.clip(position, 0.0, i.size - 1.0)
     left = np.minimum(np.floor(position + 1e-9).astype(np.int64), i.size - 2)
     q = np.clip(position - left, 0.0, 1.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import bessel, butter, group_delay, lfilter
@@ -50,6 +52,20 @@ def test_a_low_pass_of_the_recorder_is_a_late_force_and_no_bush_or_mass(analogue
     own = {e.name: e for e in found.model.elements}["force_delay"].values()
     _, delay = group_delay(analogue, w=[2.0], fs=RATE)  # at the frequencies of the motion a filter delays by as much
     assert own["tau"] + own["lag"] == pytest.approx(delay[0] / RATE, rel=0.1)
+
+
+@pytest.mark.parametrize("analogue", [butter(1, 30.0, fs=RATE), butter(2, 25.0, fs=RATE)])
+def test_a_low_pass_of_the_displacement_is_an_early_force_and_no_mass(analogue: tuple[Floats, Floats]) -> None:
+    runs = campaign("early", lambda x, v: digressive(v), SIZES)
+    runs = [
+        replace(r, channels={**r.channels, "displacement": lfilter(*analogue, r.channels["displacement"])})
+        for r in runs
+    ]
+    found = explain(BASE, runs[:4], runs[4:])
+    assert [e.element for e in found.effects] == ["force_delay"]
+    own = {e.name: e for e in found.model.elements}["force_delay"].values()
+    _, delay = group_delay(analogue, w=[2.0], fs=RATE)
+    assert own["tau"] == pytest.approx(-delay[0] / RATE, rel=0.15)
 
 
 def test_beside_a_free_preload_no_offset_is_sought() -> None:

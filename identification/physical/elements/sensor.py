@@ -23,14 +23,19 @@ ROWS: Final = (
         equation="F(t) + lag·dF/dt = f(t − tau)",
         parameters=(
             ParameterSpec(
-                "tau", "s", low_is_meant=True, limits=lambda s: (0.0, 2.0 * s.motion_time), remedy=Remedy.FREQUENCY
+                "tau",
+                "s",
+                UNBOUNDED,
+                limits=lambda s: (-2.0 * s.motion_time, 2.0 * s.motion_time),
+                remedy=Remedy.FREQUENCY,
             ),
             # An amplifier's or a recorder's low-pass: late alike, and weaker where the motion is fast.
             ParameterSpec("lag", "s", default=0.0, refinement=True, remedy=Remedy.FREQUENCY),
         ),
         starts=lambda s: [{"tau": 0.03 * s.motion_time}],
         moves_all=True,
-        alias=Alias("a lead of the displacement channel", "feed one electrical signal into both channels"),
+        unlikely=lambda v: v["tau"] < 0.0,  # no damper answers ahead of its motion: its mass does nearly that
+        alias=Alias("a skew of the displacement channel", "feed one electrical signal into both channels"),
     ),
     ElementSpec(
         name="force_offset",

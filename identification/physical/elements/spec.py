@@ -127,7 +127,6 @@ class ParameterSpec:
     of_run: bool = False  # belongs to a run: estimated for each record, never fitted
     held: bool = False  # acts only as a product with another: fixed in what the search and the literature make
     bound_is_meant: bool = False  # a fit may end on its bound: that is a case of the element, not the loss of it
-    low_is_meant: bool = False  # the same of its lower bound alone
     limits: Limits | None = None  # of the search: a shape outside of what the data span can't be seen in them
     remedy: Remedy = Remedy.ANY  # what lets it be seen
 
@@ -163,6 +162,8 @@ class ElementSpec:
     departure: Departure | None = None  # when it is no effect of its own
     growth: Growth | None = None  # out of a simpler element, where a fit has lost what the name says
     limits_of: tuple[Growth, ...] = ()  # richer elements of which it is a limit: tried wherever one of these fits
+    # Whether the values take more than one cause: of two elements that fit alike the other one is named.
+    unlikely: Callable[[Values], bool] | None = None
     # Whether the values, beside elements of these rows, deny the name: such a fit has lost its element.
     denied: Callable[[Values, Sequence[ElementSpec]], bool] | None = None
     # Whether the values, in these surroundings, are what another element is: such a fit gets no name.
