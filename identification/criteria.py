@@ -43,8 +43,8 @@ class Chance:
 
     at_noise: float = 0.02
     """Excess for each sample that does not show: 1 % of the rms. A fit has met the noise there, and no other start or
-    finer shape is tried; its root is the least gap that first values are scaled with, and the least difference of two
-    models on a test that tells them apart. Half: 0.5 % of the rms, and more starts are tried; double: 2 %."""
+    finer shape is tried; its root is the least gap that first values are scaled with. Half: 0.5 % of the rms, and more
+    starts are tried; double: 2 %."""
 
     visible: float = 1e-3
     """Share of a signature, of what the best record knows of a strength, or of the scale of a finer shape: less is
@@ -226,6 +226,10 @@ class Text:
     sure: float = 0.9
     """Confidence below which the next test is worth its rig time."""
 
+    tells: float = 1.0
+    """Difference of two models on a test, in standard deviations of the noise, from which it is proposed: the form of
+    either may be off by as much as less, and no reader sees it in a trace."""
+
     few_runs: int = 2
     """Training runs: with fewer, too much is unseen not to propose another."""
 
@@ -256,6 +260,12 @@ class Text:
 
     wide: float = 0.7
     """Width of a region, as a share of the range, above which it is all over the range."""
+
+    even: float = 1.5
+    """Share of the gap over share of the samples below which a region is called even: it points nowhere."""
+
+    unknown: float = 100.0
+    """Standard deviation of a parameter over its value from which the report says that the runs do not determine it."""
 
     loud: float = 0.15
     """Share of the gap from which a run is listed with a region."""

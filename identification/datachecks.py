@@ -120,7 +120,10 @@ def _frozen(run: Run, channel: str) -> Iterator[Finding]:
 
 
 def _skew(run: Run) -> Iterator[Finding]:
-    """Force reversals late or early against those of the velocity by a constant time, where the motion is fast."""
+    """Force reversals late or early against those of the velocity by a constant time, where the motion is fast.
+
+    A force that is more than an eighth of a period away is mostly that of a spring or a mass.
+    """
     x, force, rate = run.channels["displacement"], run.channels["force"], run.sample_rate_hz
     width = max(1, int(rate / 200.0))
     kernel = np.ones(width) / width
@@ -137,7 +140,7 @@ def _skew(run: Run) -> Iterator[Finding]:
     before = of_force[np.clip(np.searchsorted(of_force, reversals) - 1, 0, of_force.size - 1)]
     late = np.where(np.abs(nearest - reversals) < np.abs(before - reversals), nearest - reversals, before - reversals)
     typical, spread = float(np.median(late)), float(np.percentile(late, 75) - np.percentile(late, 25))
-    if abs(typical) > _LATE_SAMPLES + 1.0 * spread and abs(typical) > 0.02 * span:
+    if abs(typical) > _LATE_SAMPLES + 1.0 * spread and 0.02 * span < abs(typical) < 0.25 * span:
         word = "behind" if typical > 0 else "ahead of"
         text = (
             f"it reverses {1e3 * abs(typical) / rate:.3g} ms {word} the velocity: a time skew between the channels, or "

@@ -25,6 +25,7 @@ from identification.discrepancy.notes import (
     far_as_given,
     finer,
     of_runs,
+    refit_harms,
     tared_apart,
     unnamed,
 )
@@ -208,7 +209,7 @@ def _conclude(
     judged = judge(result, final, traces)
     report("designing the next test", 0.95)
     worthwhile, farther = test_is_worthwhile(judged, len(result.train)), beyond(traces)
-    next_test = propose(result.found, result.least_confident, result.quiet) if worthwhile else NextTest()
+    next_test = propose(result.found, result.most_doubtful, result.quiet) if worthwhile else NextTest()
     return Explanation(
         verdict=judged.verdict,
         effects=judged.effects,
@@ -282,6 +283,7 @@ def _notes(result: SearchResult, final: Model, traces: Sequence[Traces], finding
     """What the reader should know of the runs and of the model."""
     return (
         *far_as_given(traces),
+        *refit_harms(traces),
         *beyond(traces),
         *of_runs(result.train, result.held),
         *elsewhere(result.train, result.held),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from excitation.kinds import Kind
 from excitation.plan import test_from_config
 from identification.compute import run, run_here
-from identification.criteria import CHANCE, TEXT
+from identification.criteria import TEXT
 from identification.discrepancy.explanation import NextTest
 from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import orthonormal
@@ -34,7 +34,7 @@ Imagined = tuple[Mapping[str, Any], Record]  # a design and the record that its 
 
 
 def propose(found: Search, uncertain: str | None, records: Sequence[Record]) -> NextTest:
-    """The design, within the motion that the rig has shown, that separates the least certain name from its best rival.
+    """The design, within the motion that the rig has shown, that separates an uncertain name from its best rival.
 
     Its worth is ‖(I − QQᵀ)(F_a − F_b)‖ over the data there are and the new run, whitened: the difference that no refit
     of the rival could absorb (T-optimality, Atkinson & Fedorov, 1975), rms over the run, by the second of motion: what
@@ -53,8 +53,11 @@ def propose(found: Search, uncertain: str | None, records: Sequence[Record]) -> 
         worth = [(value, config) for value, (config, _) in zip(values, unseen, strict=True) if value is not None]
     if not worth:
         return _explore(unseen, records)
-    if max(value for value, _ in worth) < np.sqrt(CHANCE.at_noise):
-        return NextTest(text=f"no test within the motion seen so far {words}: repeat the run that showed it")
+    if max(value for value, _ in worth) < TEXT.tells:
+        return NextTest(
+            text=f"no test within the motion seen so far {words} beyond the noise: a larger stroke, a higher speed or "
+            "another current may"
+        )
     rms, config = max(worth, key=lambda w: w[0] / max(seconds_of(w[1]), TEXT.least_test_s))
     return NextTest(
         text=f"{in_words(config)} {words}: there the two models differ by {rms:.2g} × the noise after any refit",
@@ -70,8 +73,11 @@ def _models_to_tell_apart(found: Search, uncertain: str | None) -> tuple[Model, 
         return rivals[0].fit.model, rivals[1].fit.model, f"tells {one} from {other}"
     if uncertain is None:
         return None
-    without = found.fit.model.without(uncertain)
-    return found.fit.model, without, f"confirms {found.fit.model.element(uncertain).spec.title}"
+    if uncertain in found.names:
+        best, without = found.fit.model, found.fit.model.without(uncertain)
+    else:  # it was not stated
+        best, without = rivals[0].fit.model, found.compared[uncertain].start.model
+    return best, without, f"confirms {best.element(uncertain).spec.title}"
 
 
 def _explore(unseen: Sequence[Imagined], records: Sequence[Record]) -> NextTest:

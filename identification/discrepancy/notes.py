@@ -92,6 +92,23 @@ def far_as_given(traces: Sequence[Traces]) -> list[str]:
     ]
 
 
+def refit_harms(traces: Sequence[Traces]) -> list[str]:
+    """A warning where the base is clearly worse on held-out runs once it has been fitted to the others."""
+    held = [t for t in traces if t.held_out]
+    if not held:
+        return []
+    given, refitted = (
+        float(np.sqrt(np.mean(np.concatenate(rests) ** 2)))
+        for rests in ([t.record.measured - t.as_given for t in held], [t.record.measured - t.refitted for t in held])
+    )
+    if refitted < (1.0 + FORM.minor) * given:
+        return []
+    return [
+        f"on the held-out runs the base is off by {given:.3g} N as given and by {refitted:.3g} N once it is fitted to "
+        "the others: what it lacks there went into its parameters; hold out runs that move alike"
+    ]
+
+
 def beyond(traces: Sequence[Traces]) -> list[str]:
     """A warning for each held-out run that reaches farther than all fitted ones and shows a gap that they do not."""
     fitted = [t for t in traces if not t.held_out]

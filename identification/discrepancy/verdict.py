@@ -54,9 +54,14 @@ class SearchResult:
         return self.found.names + ((TONE.name,) if self.hum else ())
 
     @property
-    def least_confident(self) -> str | None:
-        """The name with the least confidence; None where there is none."""
-        return min(self.evidence, key=lambda e: e.confidence).name if self.evidence else None
+    def most_doubtful(self) -> str | None:
+        """The name that a further test should settle: the one with the least confidence; where all are sure or none is
+        stated, the likeliest of those that are not. None where there is none."""
+        unsure = [e for e in self.evidence if e.confidence < TEXT.sure]
+        nearest = [e for e in self.withheld if e.name in self.found.compared]
+        if nearest and not unsure:
+            return max(nearest, key=lambda e: e.confidence).name
+        return min(unsure or self.evidence, key=lambda e: e.confidence).name if self.evidence else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -140,7 +140,8 @@ def _region(name: str, unit: str, edges: Floats, energy: Floats, count: Floats, 
     low, high = float(edges[best[0]]), float(edges[best[1]])
     share = float((sums[best[1]] - sums[best[0]]) / total)
     part = float((counts[best[1]] - counts[best[0]]) / samples)
-    text = _words(name, low, high, edges)
+    even = share < TEXT.even * part
+    text = f"nearly even over {name.replace('_', ' ')}" if even else _words(name, low, high, edges)
     return Region(
         variable=name, low=low, high=high, unit=unit, share_of_gap=share, share_of_samples=part, runs=runs,
         text=f"{text}: {100 * share:.0f} % of the gap in {100 * part:.0f} % of the samples",

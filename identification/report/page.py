@@ -10,6 +10,7 @@ from itertools import count
 import numpy as np
 import plotly.graph_objects as go
 
+from identification.criteria import TEXT
 from identification.report import charts
 from identification.report.page_data import PageData
 from identification.report.report_file import NamedEffect, Report, Value
@@ -155,6 +156,8 @@ def _values(effect: NamedEffect) -> str:
 
 
 def _value(name: str, p: Value) -> str:
+    if p.std is not None and p.std > TEXT.unknown * abs(p.value):
+        return f"{name}: these runs do not determine it"
     spread = f" ± {p.std:.2g}" if p.std is not None else ""
     return f"{name} = {p.value:.4g}{spread} {p.unit}".rstrip("– ")
 
@@ -222,6 +225,7 @@ def _base_table(data: PageData) -> str:
     columns = zip(t.titles, t.parameters, t.units, t.given, t.now, t.std, t.held, strict=True)
     for title, parameter, unit, given, now, std, held in columns:
         change = f"{100 * (now / given - 1):+.1f} %" if given else "–"
-        spread = f"± {std:.2g}" if not np.isnan(std) else ("held" if held else "")
+        unknown = std > TEXT.unknown * abs(now)
+        spread = "not determined" if unknown else f"± {std:.2g}" if not np.isnan(std) else ("held" if held else "")
         rows.append((title, parameter, f"{given:.5g}", f"{now:.5g}", spread, change, unit))
     return _table(("element", "parameter", "as given", "now", "", "change", "unit"), rows)

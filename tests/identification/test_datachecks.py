@@ -92,6 +92,13 @@ def test_of_a_good_run_explain_says_nothing_of_the_kind() -> None:
     assert not any(word in notes for word in ("clipped", "frozen", "drifts", "reverses", "folded back", "drives"))
 
 
+def test_the_force_of_a_spring_or_a_mass_is_no_skew() -> None:
+    """It is a quarter of a period away from the velocity, whatever the clocks do."""
+    own = run("none", 2, 3)
+    x = own.channels["displacement"]
+    assert "skew" not in [f.kind for f in check_run(changed(own, "force", lambda f: 0.1 * f + 4e4 * x))]
+
+
 def test_a_sine_that_is_quantised_is_not_clipped() -> None:
     quantised = changed(run("none", 2, 3), "displacement", lambda x: np.round(x, 5))
     assert "clipping" not in [f.kind for f in check_run(quantised)]

@@ -12,8 +12,10 @@ from identification.discrepancy import verdict
 from identification.discrepancy.evidence import gather, main_doubt
 from identification.discrepancy.explanation import Traces
 from identification.discrepancy.holdout import hold_out
-from identification.discrepancy.notes import beyond, capped, elsewhere, far_as_given
-from identification.discrepancy.verdict import _beyond_noise, _nearest, drop_doubtful
+from identification.discrepancy.nexttest import propose
+from identification.discrepancy.notes import beyond, capped, elsewhere, far_as_given, refit_harms
+from identification.discrepancy.verdict import SearchResult, _beyond_noise, _nearest, drop_doubtful
+from identification.discrepancy.where import locate
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import fit_records
 from identification.record import Record, record_from_run
@@ -157,3 +159,54 @@ def test_a_held_out_run_that_shows_a_gap_where_no_fitted_one_has_been_is_told(
 
     said = beyond([trace(record, 5.0, False), trace(far, left, True)])
     assert [note.startswith("far (held out) moves from") for note in said] == [True] * is_told
+
+
+def result_of(*names: str) -> SearchResult:
+    """A search that ends with these names, judged on a specimen with a spring."""
+    records = records_with("linear_stiffness")
+    found, evidence, withheld = drop_doubtful(found_with(*names, records=records), records, [])
+    return SearchResult(
+        base=found.fit, found=found, evidence=evidence, withheld=withheld, hum=None, train=records, held=[],
+        quiet=records,
+    )  # fmt: skip
+
+
+def test_where_every_stated_name_is_sure_the_next_test_is_about_the_nearest_that_is_not() -> None:
+    result = result_of("linear_stiffness", "moving_mass")
+    assert result.names == ("linear_stiffness",)
+    assert result.most_doubtful == "moving_mass"
+    unsure = [replace(e, confidence=0.6) for e in result.evidence]
+    assert replace(result, evidence=unsure).most_doubtful == "linear_stiffness"
+    assert replace(result, withheld=[]).most_doubtful == "linear_stiffness"
+    assert replace(result, withheld=[], evidence=[]).most_doubtful is None
+
+
+def test_a_test_for_a_name_that_is_not_stated_sets_it_against_its_rival_or_the_model_without_it() -> None:
+    result = result_of("linear_stiffness", "moving_mass")
+    text = propose(result.found, result.most_doubtful, result.quiet).text
+    assert "mass between load cell and damper" in text
+
+
+def test_a_test_on_which_two_models_differ_by_less_than_the_noise_is_not_proposed() -> None:
+    result = result_of("linear_stiffness", "moving_mass")
+    loud = [replace(r, sigma=1e4 * r.sigma) for r in result.quiet]
+    proposed = propose(result.found, result.most_doubtful, loud)
+    assert proposed.design == {}
+    assert "no test within the motion seen so far" in proposed.text
+
+
+def test_a_gap_that_is_even_over_a_variable_points_nowhere() -> None:
+    records = records_with("none")
+    rng = np.random.default_rng(4)
+    regions, _ = locate([3.0 * r.sigma * rng.standard_normal(r.measured.size) for r in records], records)
+    assert regions[0].text.startswith("nearly even over ")
+
+
+def test_a_refit_that_makes_held_out_runs_worse_is_told() -> None:
+    [record] = records_with("none")[:1]
+    off = Traces(record=record, as_given=record.measured + 10.0, refitted=record.measured + 20.0,
+                 final=record.measured, held_out=True)  # fmt: skip
+    [note] = refit_harms([off])
+    assert "10 N as given and by 20 N once it is fitted" in note
+    assert refit_harms([replace(off, refitted=record.measured + 12.0)]) == []
+    assert refit_harms([replace(off, held_out=False)]) == []

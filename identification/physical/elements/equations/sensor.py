@@ -50,20 +50,15 @@ def lagged(series: Floats, lag: float, motion: Motion) -> Floats:
     q = float(np.exp(-h / lag))
     g = (1.0 - q) * lag / h
     b, a = (1.0 - g, g - q), (1.0, -q)
-    if motion.period and series.shape[0] >= motion.period:
-        one = series[: motion.period]
-        first, _ = lfilter(b, a, one, axis=0, zi=((g - q) * one[-1])[None])
-        state = (g - q) * one[-1] + q * first[-1] / (1.0 - q**motion.period)
-    else:
-        before = 2.0 * series[0] - series[1]
-        state = (g - q) * before + q * (before - lag * (series[1] - series[0]) / h)
-    return np.asarray(lfilter(b, a, series, axis=0, zi=state[None])[0])
-
-
-def acting(sensor: Sequence[Element]) -> tuple[float, float]:
-    """Offset, N, and stiffness, N/m, of the elements of the sensor path that act on a vehicle."""
-    sums = {name: sum(e.parameters[0].value for e in sensor if e.name == name) for name in ACTS}
-    return sums["force_offset"], sums["parallel_stiffness"]
+    with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the force it ends in
+        if motion.period and series.shape[0] >= motion.period:
+            one = series[: motion.period]
+            first, _ = lfilter(b, a, one, axis=0, zi=((g - q) * one[-1])[None])
+            state = (g - q) * one[-1] + q * first[-1] / (1.0 - q**motion.period)
+        else:
+            before = 2.0 * series[0] - series[1]
+            state = (g - q) * before + q * (before - lag * (series[1] - series[0]) / h)
+        return np.asarray(lfilter(b, a, series, axis=0, zi=state[None])[0])
 
 
 def _delay(values: Sequence[float], motion: Motion, force: Floats) -> Added:
