@@ -61,6 +61,12 @@ def lagged(series: Floats, lag: float, motion: Motion) -> Floats:
         return np.asarray(lfilter(b, a, series, axis=0, zi=state[None])[0])
 
 
+def acting(sensor: Sequence[Element]) -> tuple[float, float]:
+    """Offset, N, and stiffness, N/m, of the elements of the sensor path that act on a vehicle."""
+    sums = {name: sum(e.parameters[0].value for e in sensor if e.name == name) for name in ACTS}
+    return sums["force_offset"], sums["parallel_stiffness"]
+
+
 def _delay(values: Sequence[float], motion: Motion, force: Floats) -> Added:
     """The delay is already in the inputs and the lag in the force; a later force is its slope taken backwards.
 
