@@ -13,7 +13,7 @@ from identification.models.motion import Motion
 from identification.physical.elements.spec import ElementSpec
 
 if TYPE_CHECKING:
-    pass
+    from identification.physical.model import Element
 
 Floats = NDArray[np.float64]
 Added = tuple[Floats, Floats]  # force (N,) and its partials (N, K)
