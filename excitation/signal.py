@@ -21,6 +21,10 @@ JSON: TypeAlias = "bool | int | float | str | Sequence[JSON] | Mapping[str, JSON
 Samples: TypeAlias = "Callable[[], NDArray[np.float64]]"
 """Makes the samples of one channel, (N,): the same at every call."""
 
+_SLOWEST_HZ, _FASTEST_HZ = 1e-6, 1e9
+"""Rates of samples that are no slip: 11 days between two samples; faster than any converter of a rig. Far beyond them
+the derivatives of a motion are no numbers."""
+
 
 def _frozen(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
     array = np.array(values, dtype=np.float64, order="C")
@@ -64,8 +68,10 @@ class Excitation:
         if self.kind not in tuple(Kind):
             raise DesignError(f"kind is {self.kind!r:.60}: it must be one of {', '.join(Kind)}")
         object.__setattr__(self, "kind", Kind(self.kind))
-        if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
-            raise DesignError(f"sample_rate is {self.sample_rate_hz} Hz: it must be a positive number")
+        if not _SLOWEST_HZ <= self.sample_rate_hz <= _FASTEST_HZ:
+            raise DesignError(
+                f"sample_rate is {self.sample_rate_hz} Hz: it must lie in {_SLOWEST_HZ:g} … {_FASTEST_HZ:g} Hz"
+            )
         if not 0 <= self.period_samples <= self.samples:
             raise DesignError(
                 f"period_samples is {self.period_samples}: it must lie in 0 … {self.samples}; 0: not periodic"
