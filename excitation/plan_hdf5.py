@@ -24,7 +24,7 @@ from excitation.hdf5 import (
     put_attributes,
     put_channels,
 )
-from excitation.kinds import HOMOGENISED, NOISE, REPLAY, Kind
+from excitation.kinds import FILE, HOMOGENISED, NOISE, REPLAY, Kind
 from excitation.plan import MakeExcitation, Test, TestPlan, conditions_of, test_of
 from excitation.record_path import resolved, written_beside
 from excitation.signal import JSON, Excitation
@@ -37,6 +37,10 @@ PLAN_FORMAT: Final = "damper-rig/plan"
 VERSION: Final = 3
 """1: every test with its samples. 2: a test that its design makes again has none. 3: the file states how many tests it
 has and what each holds, so that a part that was lost is noticed."""
+
+MOST_KEPT_BYTES: Final = 5_000_000
+"""Samples of tests without a design that a plan keeps, bytes: a minute of displacement and current at 5 kHz. More slows
+whatever copies plans; with half as much short drives after an iteration would need files of their own."""
 
 _STATED: Final = (
     *("format", "format_version", "sample_rate", "samples", "period_samples", "excitation_kind", "design", "figures"),
@@ -56,7 +60,12 @@ _QUICK: Final = (Kind.MULTISINE, Kind.SINE, Kind.TRIANGLE, Kind.STEPS, Kind.SWEE
 
 
 def write_plan_hdf5(path: Path, plan: TestPlan, *, folder: Path, whole: bool = False) -> None:
-    """Writes the plan; paths of records count from ``folder``. ``whole``: with the samples of records."""
+    """Writes the plan; paths of records count from ``folder``. ``whole``: with the samples of records, however many.
+
+    Raises ExcitationFileError where the plan would keep too many samples.
+    """
+    if not whole:
+        _check_kept(plan)
     with h5py.File(path, "w", libver=("earliest", "v110")) as file:
         file.attrs["format"] = PLAN_FORMAT
         file.attrs["format_version"] = VERSION
@@ -67,6 +76,25 @@ def write_plan_hdf5(path: Path, plan: TestPlan, *, folder: Path, whole: bool = F
             _put_test(file, tests.create_group(f"{n:04d}"), test, folder, whole)
         if plan.warm_up is not None:
             _put_test(file, file.create_group("warm_up"), plan.warm_up, folder, whole)
+
+
+def _check_kept(plan: TestPlan) -> None:
+    tests = plan.tests if plan.warm_up is None else (*plan.tests, plan.warm_up)
+    kept = [(_kept_bytes(as_design(test.excitation)), test.name) for test in tests]
+    total, (most, name) = sum(size for size, _ in kept), max(kept)
+    if total > MOST_KEPT_BYTES:
+        raise ExcitationFileError(
+            f"test {name!r} keeps {most / 1e6:.1f} MB of samples that no design makes, the plan {total / 1e6:.1f} MB: at "
+            f'most {MOST_KEPT_BYTES / 1e6:g} MB: write it to an excitation file and play that: kind = "file", record '
+            "= FILE; or, from Python, write_plan(…, whole=True)"
+        )
+
+
+def _kept_bytes(excitation: Excitation) -> int:
+    if excitation.sources is not None:
+        return 0
+    current = excitation.current_a
+    return excitation.displacement_m.nbytes + (0 if current is None else current.nbytes)
 
 
 def _put_test(file: h5py.File, group: h5py.Group, test: Test, folder: Path, whole: bool) -> None:
@@ -229,7 +257,7 @@ def as_design(given: Excitation, *, files: bool = False) -> Excitation:
     ``files``: also where the design reads a record; never of a design that somebody else has sent.
     """
     design = given.design
-    asked = _QUICK if not files else (*_QUICK, REPLAY)
+    asked = _QUICK if not files else (*_QUICK, REPLAY, FILE)
     unread = reads_a_file(design) and not files
     if given.sources is not None or design.get("kind") not in asked or _is_searched(design) or unread:
         return given

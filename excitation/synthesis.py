@@ -13,6 +13,7 @@ from excitation import kinds
 from excitation.checks import check_one_of
 from excitation.configuration import to_config, to_spec
 from excitation.errors import DesignError
+from excitation.file_drive import FileSpec, file_drive
 from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec, sine, steps, triangle
 from excitation.homogenise import homogenised
 from excitation.kinds import DESIGNED, HOMOGENISED, Kind
@@ -55,6 +56,7 @@ SPECS: Mapping[str, type] = {  # what the keys of each kind are; one entry for e
     kinds.NOISE: NoiseSpec,
     Kind.ROAD.value: RoadDriveSpec,
     kinds.REPLAY: ReplaySpec,
+    kinds.FILE: FileSpec,
 }
 
 
@@ -100,7 +102,7 @@ def _numbers(value: JSON, place: str) -> Iterator[tuple[str, float]]:
 
 def reads_a_file(config: Mapping[str, JSON]) -> bool:
     """Whether making the excitation would read a file of this machine: what comes from elsewhere must not."""
-    if config.get("kind") == kinds.REPLAY:
+    if config.get("kind") in (kinds.REPLAY, kinds.FILE):
         return True
     displacement = config.get("displacement")
     spectrum = displacement.get("spectrum") if isinstance(displacement, Mapping) else None
@@ -123,6 +125,8 @@ def _make(kind: str, config: Mapping[str, JSON]) -> Excitation:
             return road_drive(to_spec(RoadDriveSpec, config))
         case kinds.REPLAY:
             return replay(to_spec(ReplaySpec, config))
+        case kinds.FILE:
+            return file_drive(to_spec(FileSpec, config))
         case _:
             return _multisine(kind, to_spec(MultisineSpec, _completed(config)))
 

@@ -169,3 +169,38 @@ def test_a_plan_of_replays_keeps_no_samples_and_is_written_whole_where_it_is_sen
     read = read_plan(tmp_path / "whole.h5")
     assert [test.excitation.samples for test in read.tests] == [8000, 8000, 8000]
     assert (tmp_path / "small.h5").stat().st_size < 20_000 < (tmp_path / "whole.h5").stat().st_size
+
+
+def foreign(samples: int) -> Excitation:
+    """A drive of another program: no design makes it."""
+    x = np.sin(np.arange(samples) / 50.0) / 100.0
+    return Excitation(kind=Kind.CUSTOM, sample_rate_hz=1000.0, period_samples=0, displacement_m=x)
+
+
+@pytest.mark.parametrize("ending", ["csv", "h5", "mat"])
+def test_a_file_without_a_design_is_named_by_its_path_and_its_samples_stay_in_it(ending: str, tmp_path: Path) -> None:
+    drive = foreign(40_000)
+    write_excitation(tmp_path / f"drive.{ending}", drive)
+    (tmp_path / "all.toml").write_text(f'[[parts]]\nfile = "drive.{ending}"\nrepeats = 30\n')
+    made = design_file("plan", tmp_path / "all.toml")
+    assert isinstance(made, TestPlan)
+    for kind in ENDINGS:
+        write_plan(tmp_path / f"plan.{kind}", made)
+        assert (tmp_path / f"plan.{kind}").stat().st_size < 100_000
+        read = read_plan(tmp_path / f"plan.{kind}").tests[29].excitation
+        assert read.sources is not None
+        assert read.displacement_m.tobytes() == drive.displacement_m.tobytes()
+    write_excitation(tmp_path / f"drive.{ending}", foreign(39_999))
+    with pytest.raises(DesignError, match="SHA-256 differs"):
+        read_plan(tmp_path / "plan.toml")
+
+
+def test_a_plan_of_more_than_5_mb_of_samples_is_refused_and_says_which_test_is_why(tmp_path: Path) -> None:
+    tests = tuple(Test(name=f"drive {n}", excitation=foreign(n)) for n in (300_000, 400_000))
+    with pytest.raises(ExcitationError, match=r"'drive 400000' keeps 3.2 MB .* plan 5.6 MB: at most 5 MB") as refused:
+        write_plan(tmp_path / "plan.h5", TestPlan(tests=tests))
+    assert "\n" not in str(refused.value)
+    assert not list(tmp_path.iterdir())
+    write_plan(tmp_path / "plan.h5", TestPlan(tests=tests), whole=True)
+    write_plan(tmp_path / "one.h5", TestPlan(tests=tests[:1]))
+    assert read_plan(tmp_path / "plan.h5").tests[1].excitation.samples == 400_000
