@@ -49,8 +49,8 @@ def write_plan(path: Path | str, plan: TestPlan, *, whole: bool = False) -> None
     """Writes the plan whole or not at all; the ending, .toml, .csv or .h5, says the format.
 
     Designs are written, and samples, in .h5 alone, of tests that no design makes again: up to 5 MB of them. Records
-    that are replayed are named by a path that counts from the plan, and their SHA-256; with ``whole``, in .h5, their samples
-    are written, and all others.
+    that are replayed are named by a path that counts from the plan, and their SHA-256; with ``whole``, in .h5, all
+    samples of records are written, and any number of others.
     """
     path = Path(path)
     writers: Mapping[str, Callable[[Path], None]] = {

@@ -84,9 +84,9 @@ def _check_kept(plan: TestPlan) -> None:
     total, (most, name) = sum(size for size, _ in kept), max(kept)
     if total > MOST_KEPT_BYTES:
         raise ExcitationFileError(
-            f"test {name!r} keeps {most / 1e6:.1f} MB of samples that no design makes, the plan {total / 1e6:.1f} MB: at "
-            f'most {MOST_KEPT_BYTES / 1e6:g} MB: write it to an excitation file and play that: kind = "file", record '
-            "= FILE; or, from Python, write_plan(…, whole=True)"
+            f"test {name!r} keeps {most / 1e6:.1f} MB of samples that no design makes, the plan {total / 1e6:.1f} MB: "
+            f'at most {MOST_KEPT_BYTES / 1e6:g} MB: write it to an excitation file and play that: kind = "file", '
+            "record = FILE; or, from Python, write_plan(…, whole=True)"
         )
 
 
