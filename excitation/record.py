@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from excitation.errors import DesignError, ExcitationError, ExcitationFileError
 from excitation.matlab import read_variables
 from excitation.rpc3 import read_rpc3
-from excitation.spreadsheet import TIME, check_samples, measured_rate, read_description
+from excitation.spreadsheet import TIME, check_last_line, check_samples, measured_rate, read_description
 from excitation.untrusted import DAMAGE, open_hdf5
 
 __all__ = ["RECORDS", "UNITS", "read_channel"]
@@ -110,6 +110,7 @@ def _of_csv(path: Path, channel: str) -> Read:
         raise _missing(path, channel if TIME in header else TIME, header)
     if not first:
         raise ExcitationFileError(f"{path}: no samples: a record has {_LEAST_SAMPLES} or more")
+    check_last_line(path, header)
     times, values = _columns(path, (header.index(TIME), names.index(channel)))
     check_samples(path, read_description(path, first, header), values.size)
     return values, measured_rate(path, times), units[channel]

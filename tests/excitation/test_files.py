@@ -22,6 +22,7 @@ from excitation.files import READABLE, WRITABLE, read_excitation, write_excitati
 from excitation.kinds import Kind
 from excitation.plan import Test
 from excitation.portable_math import uniform
+from excitation.record import read_channel
 from excitation.rig import Control, MotionLimits
 from excitation.rpc3 import Channel, TimeHistory, read_rpc3, write_rpc3
 from excitation.signal import Excitation
@@ -407,6 +408,36 @@ def test_samples_that_another_program_changed_are_those_that_are_read(tmp_path: 
     write_excitation(tmp_path / "x.drv", changed)
     read = read_excitation(tmp_path / "x.drv")
     np.testing.assert_allclose(read.displacement_m, changed.displacement_m, atol=1e-6)
+
+
+Channels = tuple[NDArray[np.float64], NDArray[np.float64] | None]
+
+
+def _as_excitation(path: Path) -> Channels:
+    read = read_excitation(path)
+    return read.displacement_m, read.current_a
+
+
+def _as_record(path: Path) -> Channels:
+    return read_channel(path, "displacement_command", "m")[0], None
+
+
+@pytest.mark.parametrize("current", [None, 0.123456])
+def test_a_csv_that_was_cut_off_anywhere_is_refused_or_whole(current: float | None, tmp_path: Path) -> None:
+    sine = {"kind": "sine", "sample_rate": 500.0, "amplitude": 0.01, "frequency": 7.3, "cycles": 4, "current": current}
+    whole = excitation_from_config({key: value for key, value in sine.items() if value is not None})
+    write_excitation(tmp_path / "x.csv", whole)
+    content = (tmp_path / "x.csv").read_bytes()
+    for size in range(len(content) - 120, len(content)):
+        (tmp_path / "x.csv").write_bytes(content[:size])
+        for read in (_as_excitation, _as_record):
+            try:
+                displacement, held = read(tmp_path / "x.csv")
+            except ExcitationError as refused:
+                assert "\n" not in str(refused)  # noqa: PT017 - what is whole is as good
+                continue
+            assert displacement.tobytes() == whole.displacement_m.tobytes()
+            assert held is None or held.tobytes() == whole.current_a.tobytes()  # type: ignore[union-attr]
 
 
 def test_a_csv_that_was_cut_off_is_refused(tmp_path: Path) -> None:

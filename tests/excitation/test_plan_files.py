@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 
 from excitation.design import design, design_file
-from excitation.errors import DesignError, ExcitationError
+from excitation.errors import DesignError, ExcitationError, ExcitationFileError
 from excitation.files import read_plan, write_excitation, write_plan
 from excitation.kinds import Kind
 from excitation.plan import Test, TestPlan, plan_from_config
+from excitation.plan_files import read_plan_config
 from excitation.signal import Excitation
 from tests.excitation.generators import CONFIGS, replay_config
 
@@ -169,6 +170,35 @@ def test_a_plan_of_replays_keeps_no_samples_and_is_written_whole_where_it_is_sen
     read = read_plan(tmp_path / "whole.h5")
     assert [test.excitation.samples for test in read.tests] == [8000, 8000, 8000]
     assert (tmp_path / "small.h5").stat().st_size < 20_000 < (tmp_path / "whole.h5").stat().st_size
+
+
+@pytest.mark.parametrize("tests", [1, 4])
+def test_a_plan_in_csv_that_was_cut_off_anywhere_is_refused_or_whole(tests: int, tmp_path: Path) -> None:
+    warm_up = {**CONFIGS["sine"], "name": "warm"}
+    every = [{**CONFIGS[kind], "name": kind, "dwell": 12.5} for kind in list(CONFIGS)[4 : 4 + tests]]
+    plan = plan_from_config({"tests": every, "warm_up": warm_up})
+    path = tmp_path / "plan.csv"
+    write_plan(path, plan)
+    content = path.read_bytes()
+    whole = read_plan_config(path)
+    for size in range(len(content)):
+        path.write_bytes(content[:size])
+        try:
+            assert read_plan_config(path) == whole
+        except ExcitationError as refused:
+            assert "\n" not in str(refused)  # noqa: PT017 - what is whole is as good
+
+
+def test_rows_of_a_plan_may_be_changed_by_hand(tmp_path: Path) -> None:
+    path = tmp_path / "plan.csv"
+    write_plan(path, plan_from_config({"tests": [{**CONFIGS["sine"], "name": str(n)} for n in range(3)]}))
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(lines[:3]) + "\n")
+    with pytest.raises(ExcitationFileError, match=r"2 rows: line 2, rows is '3': .* correct or clear this cell"):
+        read_plan(path)
+    assert lines[1].endswith(",3")
+    path.write_text("\n".join([lines[0], lines[1][:-1], lines[2]]))  # and without an end of the last line
+    assert len(read_plan(path).tests) == 2
 
 
 def foreign(samples: int) -> Excitation:
