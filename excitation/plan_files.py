@@ -170,12 +170,12 @@ def _write_csv(path: Path, config: Mapping[str, Any]) -> None:
         rows.insert(0, {**config["warm_up"], "data_set": "warm-up"})
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
-        out.writerow([*_COLUMNS.values(), _FURTHER, _ROWS])
+        out.writerow([*_COLUMNS.values(), _ROWS, _FURTHER])
         for n, row in enumerate(rows):
             own = {k: v for k, v in row.items() if k in _COLUMNS and not isinstance(v, Mapping)}
             further = {k: v for k, v in row.items() if k not in own}
             cells = [_cell(own.get(key)) for key in _COLUMNS]
-            out.writerow([*cells, json.dumps(further) if further else "", "" if n else len(rows)])
+            out.writerow([*cells, "" if n else len(rows), json.dumps(further) if further else ""])
 
 
 def _cell(value: JSON) -> str:
