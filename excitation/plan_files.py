@@ -205,6 +205,8 @@ def _check_rows(path: Path, table: list[dict[str, str]], header: Sequence[str]) 
         raise ExcitationFileError(f"{path}: nothing below line 1: a plan has one or more tests")
     check_last_line(path, header)
     stated = (table[0].get(_ROWS) or "").strip()
+    if stated and not path.read_bytes().endswith((b"\n", b"\r")):
+        raise ExcitationFileError(f"{path}: the last line has no end: the file is cut off there, or add a line break")
     if stated and stated != str(len(table)):
         raise ExcitationFileError(
             f"{path}: {len(table)} rows: line 2, {_ROWS} is {stated[:20]!r}: the file is cut off or was edited: put it "
