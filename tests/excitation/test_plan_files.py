@@ -196,7 +196,7 @@ def test_rows_of_a_plan_may_be_changed_by_hand(tmp_path: Path) -> None:
     path.write_text("\n".join(lines[:3]) + "\n")
     with pytest.raises(ExcitationFileError, match=r"2 rows: line 2, rows is '3': .* correct or clear this cell"):
         read_plan(path)
-    assert lines[1].endswith(",3,")
+    assert ",3," in lines[1]
     path.write_text(
         "\n".join([lines[0], lines[1].replace(",3,", ",,"), lines[2]])
     )  # and without an end of the last line
