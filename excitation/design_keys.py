@@ -78,7 +78,7 @@ _MEANINGS: Final[Mapping[type, Mapping[str, str]]] = {
     },
     LogLines: {
         "count": "frequencies over the band, moved to the nearest lines",
-        "odd": "odd lines only",
+        "odd": "odd lines only; without it those where phases = \"crest\" and they are as many: lower peaks",
     },
     HomogeniseSpec: {
         "method": "direct optimisation of the coverage, or Duym's iteration",
