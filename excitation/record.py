@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from excitation.errors import DesignError, ExcitationError, ExcitationFileError
 from excitation.matlab import read_variables
-from excitation.rpc3 import read_rpc3
+from excitation.rpc3 import plain_unit, read_rpc3
 from excitation.spreadsheet import TIME, check_last_line, check_samples, measured_rate, read_description
 from excitation.untrusted import DAMAGE, open_hdf5
 
@@ -48,7 +48,7 @@ def read_channel(path: Path, channel: str, si: str, unit: str = "") -> tuple[NDA
     except (OSError, UnicodeDecodeError, ValueError, TypeError, csv.Error, *DAMAGE) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise DesignError(f"record {path}: cannot be read: {reason:.200}") from error
-    measured, factor = UNITS.get(stated or unit, ("", 0.0))
+    measured, factor = UNITS.get(plain_unit(stated or unit), ("", 0.0))
     if measured != si:
         known = ", ".join(name for name, (of, _) in UNITS.items() if of == si)
         raise DesignError(f"record {path}: channel {channel!r} has unit {stated or unit!r}: it must be one of {known}")
