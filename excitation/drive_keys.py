@@ -110,6 +110,7 @@ DRIVE_MEANINGS: Final[Mapping[type, Mapping[str, str]]] = {
         "fade": "time in which it grows from rest and dies away",
         "scale": "factor on the motion; -1 turns its sign",
         "current_channel": "channel that is played as the current, held between its samples",
+        "current_unit": "of that channel, where the file states none",
         "record_sha256": "filled in when the record is read",
     },
     FileSpec: {

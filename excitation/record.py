@@ -95,7 +95,12 @@ def _of_mat(path: Path, channel: str) -> Read:
         rate_hz = measured_rate(path, np.asarray(found["time"], dtype=np.float64).reshape(-1))
     else:
         raise DesignError(f"record {path}: it has neither sample_rate nor time: add one of them")
-    return np.asarray(found[channel]), rate_hz, ""
+    own_unit = _OWN_UNITS.get(channel, "") if "excitation_kind" in found else ""
+    return np.asarray(found[channel]), rate_hz, own_unit
+
+
+_OWN_UNITS: Final[Mapping[str, str]] = {"displacement_command": "m", "current_command": "A"}
+"""Of the variables of a MAT file of this program, which states none."""
 
 
 def _of_csv(path: Path, channel: str) -> Read:

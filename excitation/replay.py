@@ -50,6 +50,7 @@ class ReplaySpec:
     scale: float = 1.0
     level: float = 1.0
     current_channel: str = ""
+    current_unit: str = ""  # of the current channel, where the file states none
     current_a: float | None = None
     record_sha256: str = ""
 
@@ -65,8 +66,9 @@ class ReplaySpec:
                 f"scale is {self.scale:g}: it must be another number than 0, up to 1e6; -1 turns the sign"
             )
         check_within("level", self.level, 1e-6, 1e3)
-        if self.unit:
-            check_one_of("unit", self.unit, [name for name, (of, _) in UNITS.items() if of == "m"])
+        for name, unit, si in (("unit", self.unit, "m"), ("current_unit", self.current_unit, "A")):
+            if unit:
+                check_one_of(name, unit, [one for one, (of, _) in UNITS.items() if of == si])
         if self.current_channel and self.current_a is not None:
             raise DesignError("current_channel and current are both given: give one of them")
 
@@ -116,7 +118,7 @@ def _motion(spec: ReplaySpec, factor: float) -> NDArray[np.float64]:
 def _current(spec: ReplaySpec, samples: int) -> NDArray[np.float64]:
     if spec.current_a is not None:
         return np.full(samples, spec.current_a)
-    asked, rate_hz = _channel(spec, spec.current_channel, "A")
+    asked, rate_hz = _channel(spec, spec.current_channel, "A", spec.current_unit)
     return _held(_cut(spec, asked, rate_hz), rate_hz, spec.sample_rate_hz or rate_hz, samples)
 
 

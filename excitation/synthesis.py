@@ -40,6 +40,7 @@ __all__ = [
     "FoundPhases",
     "excitation_from_config",
     "excitation_of_phases",
+    "extreme_of",
     "homogenised_multisine",
     "multisine",
     "phases_of",
@@ -72,14 +73,14 @@ def excitation_from_config(config: Mapping[str, JSON], where: str = "") -> Excit
         with np.errstate(over="raise", invalid="raise", divide="raise"):
             return _make(str(kind), parameters)
     except ArithmeticError as error:
-        raise DesignError(f"a value is too large or too small to compute with ({error}): {_extreme(config)}").below(
+        raise DesignError(f"a value is too large or too small to compute with ({error}): {extreme_of(config)}").below(
             where
         ) from error
     except DesignError as error:
         raise error.below(where) from error
 
 
-def _extreme(config: Mapping[str, JSON]) -> str:
+def extreme_of(config: Mapping[str, JSON]) -> str:
     """The number that is furthest from 1, with its key."""
     found = max(_numbers(config, ""), key=lambda pair: abs(log10(abs(pair[1]))), default=("", 1.0))
     return f"{found[0]} is {found[1]:g}"
