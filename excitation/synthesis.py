@@ -66,6 +66,8 @@ def excitation_from_config(config: Mapping[str, JSON], where: str = "") -> Excit
 
     Raises DesignError, one line that begins with ``where``.
     """
+    if not isinstance(config, Mapping):
+        raise DesignError(f"configuration is {config!r:.60}: it must be a table of keys and values").below(where)
     kind = config.get("kind")
     parameters = {key: value for key, value in config.items() if key != "kind"}
     try:
