@@ -222,7 +222,10 @@ def test_a_file_without_a_design_is_named_by_its_path_and_its_samples_stay_in_it
         read = read_plan(tmp_path / f"plan.{kind}").tests[29].excitation
         assert read.sources is not None
         assert read.displacement_m.tobytes() == drive.displacement_m.tobytes()
+    write_plan(tmp_path / "whole.h5", made, whole=True)
     write_excitation(tmp_path / f"drive.{ending}", foreign(39_999))
+    whole = read_plan(tmp_path / "whole.h5").tests[29].excitation
+    assert whole.displacement_m.tobytes() == drive.displacement_m.tobytes()
     with pytest.raises(DesignError, match="SHA-256 differs"):
         read_plan(tmp_path / "plan.toml")
 
