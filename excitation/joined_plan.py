@@ -13,8 +13,8 @@ from excitation.errors import DesignError, ExcitationError
 from excitation.file_drive import FileSpec, file_drive
 from excitation.files import read_plan
 from excitation.plan import Test, TestPlan, test_from_config
+from excitation.plan_design import as_design
 from excitation.plan_files import holds_a_plan
-from excitation.plan_hdf5 import as_design
 from excitation.signal import JSON, Excitation
 
 __all__ = ["JoinedPlanSpec", "PartSpec", "joined_plan"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import Path
 from typing import Final
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.attributes import number, shown, text, version, whole
-from excitation.errors import DesignError, ExcitationError, ExcitationFileError
+from excitation.errors import DesignError, ExcitationFileError
 from excitation.hdf5 import (
     FORMAT,
     check_layout,
@@ -24,14 +23,15 @@ from excitation.hdf5 import (
     put_attributes,
     put_channels,
 )
-from excitation.kinds import FILE, HOMOGENISED, NOISE, REPLAY, Kind
+from excitation.kinds import HOMOGENISED, Kind
 from excitation.plan import MakeExcitation, Test, TestPlan, conditions_of, test_of
+from excitation.plan_design import as_design, is_searched
 from excitation.record_path import resolved, written_beside
-from excitation.signal import JSON, Excitation
+from excitation.signal import Excitation
 from excitation.synthesis import FoundPhases, excitation_from_config, excitation_of_phases, phases_of, reads_a_file
 from excitation.untrusted import open_hdf5
 
-__all__ = ["PLAN_FORMAT", "as_design", "read_plan_hdf5", "write_plan_hdf5"]
+__all__ = ["PLAN_FORMAT", "read_plan_hdf5", "write_plan_hdf5"]
 
 PLAN_FORMAT: Final = "damper-rig/plan"
 VERSION: Final = 3
@@ -54,9 +54,6 @@ _SAMPLES, _DESIGN = "samples", "design"
 _SEARCHED: Final = "phases"
 """Group of phases that a search has found, and attribute of the tests that have them: the samples are made of them in
 the time that reading them would take, and levels of a series share them."""
-
-_QUICK: Final = (Kind.MULTISINE, Kind.SINE, Kind.TRIANGLE, Kind.STEPS, Kind.SWEEP, NOISE, Kind.ROAD)
-"""Kinds whose samples are made again in about the time that reading them takes."""
 
 
 def write_plan_hdf5(path: Path, plan: TestPlan, *, folder: Path, whole: bool = False) -> None:
@@ -105,7 +102,7 @@ def _put_test(file: h5py.File, group: h5py.Group, test: Test, folder: Path, whol
     if excitation.sources is None or (whole and reads_a_file(design)):
         group.attrs["content"] = _SAMPLES
         put_channels(group, excitation)
-    elif _is_searched(design):
+    elif is_searched(design):
         group.attrs["content"] = _SEARCHED
         group.attrs[_SEARCHED] = _put_phases(file, phases_of(excitation))
     else:
@@ -118,10 +115,6 @@ def _put_test(file: h5py.File, group: h5py.Group, test: Test, folder: Path, whol
 def _has_current(excitation: Excitation) -> bool:
     sources = excitation.sources
     return excitation.current_a is not None if sources is None else sources[1] is not None
-
-
-def _is_searched(design: Mapping[str, JSON]) -> bool:
-    return design.get("kind") == HOMOGENISED or design.get("phases", "random") != "random"
 
 
 def _put_phases(file: h5py.File, phases: FoundPhases) -> str:
@@ -249,26 +242,3 @@ def _check_float64(data: object, where: str) -> h5py.Dataset:
         name = getattr(data, "name", "phases")
         raise ExcitationFileError(f"{where}: {name} must be a 1-D array of 64-bit floats: write the plan again")
     return data
-
-
-def as_design(given: Excitation, *, files: bool = False) -> Excitation:
-    """What has samples, as its design where that makes the same bytes: a plan then keeps no samples.
-
-    ``files``: also where the design reads a record; never of a design that somebody else has sent.
-    """
-    design = given.design
-    asked = _QUICK if not files else (*_QUICK, REPLAY, FILE)
-    unread = reads_a_file(design) and not files
-    if given.sources is not None or design.get("kind") not in asked or _is_searched(design) or unread:
-        return given
-    try:
-        made = excitation_from_config(design)
-    except ExcitationError:
-        return given
-    stated = (made.kind, made.sample_rate_hz, made.period_samples, made.samples)
-    same = stated == (given.kind, given.sample_rate_hz, given.period_samples, given.samples)
-    if not (same and np.array_equal(made.displacement_m, given.displacement_m)):
-        return given
-    current, stored = made.current_a, given.current_a
-    same = current is stored if current is None or stored is None else np.array_equal(current, stored)
-    return made.with_figures(given.figures) if same else given
