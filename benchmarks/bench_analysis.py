@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchmarks.friction_system import FrictionCase, friction_played
 from benchmarks.known_system import Case, Known, played
 from excitation.analysis import Analysis, analyse
 
@@ -20,7 +21,8 @@ GOAL = 0.95
 CHANCE = 0.92
 
 _FAST = Case()
-CASES = {
+_FRICTION = FrictionCase()
+CASES: dict[str, Case | FrictionCase] = {
     "fast: one realisation, random odd lines, flat": _FAST,
     "fast, two periods": replace(_FAST, periods=2),
     "fast, noise as large as the distortion": replace(_FAST, noise=0.2),
@@ -29,6 +31,11 @@ CASES = {
     "robust: four realisations, odd lines": replace(_FAST, lines="odd", realisations=4),
     "robust: two realisations, all lines": replace(_FAST, lines="all", realisations=2),
     "both: four realisations, random odd lines": replace(_FAST, realisations=4),
+    "friction, 2 µm and 1 N noise": _FRICTION,
+    "friction, 2 µm noise, two periods": replace(_FRICTION, periods=2),
+    "friction, 10 µm noise": replace(_FRICTION, displacement_noise_m=1e-5),
+    "friction, 2 µm noise, four realisations, odd lines": replace(_FRICTION, lines="odd", realisations=4),
+    "friction, 2 µm noise, two realisations, all lines": replace(_FRICTION, lines="all", realisations=2),
 }
 
 
@@ -62,9 +69,9 @@ def main(trials: int = TRIALS, first_seed: int = 1000) -> None:
         print(f"  approximation: {100 * inside:.1f} % of its lines within bounds", flush=True)
 
 
-def trial(case: Case, seed: int) -> Trial:
+def trial(case: Case | FrictionCase, seed: int) -> Trial:
     """One measurement of a case, analysed."""
-    known = played(case, seed)
+    known = played(case, seed) if isinstance(case, Case) else friction_played(case, seed)
     found = analyse(known.measurement)
     response = found.responses[0]
     away = np.abs(response.value - known.value[np.isin(known.driven, response.lines)])

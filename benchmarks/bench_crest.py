@@ -44,11 +44,11 @@ def chosen() -> None:
     odd lines only, the second half of the period is the first with the opposite sign: half as many peaks."""
     for count in (31, 100, 1000):
         _designed(f'crest_of = "displacement", {count} flat lines', 2**14, 1, count, "all", 1.38)
-    for lowest, goal in ((1, 2.1), (3, 2.1), (10, None)):
+    for lowest, goal in ((1, 2.1), (3, 2.1), (10, 2.1), (20, None)):
         text = f'crest_of = "displacement", 35 log-spaced lines from line {lowest} to {100 * lowest}'
-        _designed(text, 2**14, lowest, 100 * lowest, {"count": 35}, goal)
-    odd = {"count": 35, "odd": True}
-    _designed('crest_of = "displacement", 35 log-spaced odd lines from line 11 to 999', 2**14, 10, 1000, odd, 2.1)
+        _designed(text, 2**15, lowest, 100 * lowest, {"count": 35}, goal)
+    nearest = {"count": 35, "odd": False}
+    _designed('crest_of = "displacement", the nearest 35 of lines 10 to 1000', 2**15, 10, 1000, nearest, None)
 
 
 def _designed(what: str, samples: int, low: int, high: int, lines: object, goal: float | None) -> None:

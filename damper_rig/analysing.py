@@ -12,7 +12,15 @@ from damper_rig.html import paragraph, table
 from damper_rig.running import working
 from damper_rig.runs import listed
 from excitation.analysis import Analysis
-from identification.analysis import AtLevel, analyse_levels, levels_data, levels_text, write_analysis
+from identification.analysis import (
+    AtLevel,
+    LevelsFound,
+    analyse_levels,
+    levels_data,
+    levels_text,
+    refused_text,
+    write_analysis,
+)
 from identification.errors import DataError
 from identification.measured import check_runs
 from rigctl.runfile import Run
@@ -24,7 +32,12 @@ __all__ = ["Analysed", "analyse"]
 class Analysed:
     """Best linear approximation, distortion, noise and change over time of each design and level among the runs."""
 
-    levels: tuple[AtLevel, ...]
+    found: LevelsFound
+
+    @property
+    def levels(self) -> tuple[AtLevel, ...]:
+        """The levels that are known; ``found.refused`` are those that are not, each with its reason."""
+        return self.found.levels
 
     @property
     def result(self) -> Analysis:
@@ -35,7 +48,7 @@ class Analysed:
 
     def data(self) -> dict[str, Any]:
         """What `damper-rig analyse --json` prints, without the file."""
-        return levels_data(self.levels)
+        return levels_data(self.found)
 
     def rows(self) -> list[dict[str, Any]]:
         """The parts of the force, a dictionary each: name, rms and bounds, N; the level where there are several."""
@@ -54,17 +67,18 @@ class Analysed:
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the page; raises OutputError."""
-        write_analysis(Path(path), self.levels)
+        write_analysis(Path(path), self.found)
         return Path(path)
 
     def __repr__(self) -> str:
-        return levels_text(self.levels)
+        return levels_text(self.found)
 
     def _repr_html_(self) -> str:
         cells = [[_cell(value) for value in row.values()] for row in self.rows()]
-        level = () if len(self.levels) == 1 else ("level",)
+        level = () if self.found.alone else ("level",)
         heads = (*level, "part of the force", "N rms", "from", "to")
-        return table(heads, cells) + "".join(paragraph(note) for one in self.levels for note in one.found.notes)
+        notes = [note for one in self.levels for note in one.found.notes]
+        return table(heads, cells) + "".join(map(paragraph, (*notes, *map(refused_text, self.found.refused))))
 
 
 def _cell(value: str | float | None) -> str:

@@ -3,6 +3,7 @@
 from excitation.bounds import Bounds
 from excitation.envelope import Envelope, check, check_plan, read_envelope, scale_to_fit
 from excitation.errors import DesignError, EnvelopeError, ExcitationError, ExcitationFileError
+from excitation.file_drive import FileSpec, file_drive
 from excitation.files import read_excitation, read_plan, write_excitation, write_plan
 from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec, sine, steps, triangle
 from excitation.harmonic_plan import harmonic_plan
@@ -30,6 +31,7 @@ __all__ = [
     "Excitation",
     "ExcitationError",
     "ExcitationFileError",
+    "FileSpec",
     "HomogeniseSpec",
     "Kind",
     "LogLines",
@@ -49,6 +51,7 @@ __all__ = [
     "check",
     "check_plan",
     "excitation_from_config",
+    "file_drive",
     "harmonic_plan",
     "homogenised_multisine",
     "motion",

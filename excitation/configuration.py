@@ -7,6 +7,7 @@ The keys of a configuration are the field names without their unit suffix: ``sam
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -126,10 +127,17 @@ def to_spec(kind: type[Spec], config: Mapping[str, JSON], where: str = "") -> Sp
 
 def to_config(spec: Any) -> dict[str, JSON]:
     """The configuration that makes ``spec`` again, defaults written out. Any: a dataclass of any
-    specification.
+    specification. Raises DesignError where a field holds another type than its own.
     """
+    from pydantic_core import PydanticSerializationError
+
     adapter = _adapter(type(spec))  # type: ignore[arg-type]  # classes hash
-    config = adapter.dump_python(spec, by_alias=True, mode="json", exclude_none=True)
+    try:
+        config = adapter.dump_python(spec, by_alias=True, mode="json", exclude_none=True, warnings="error")
+    except PydanticSerializationError as error:
+        named = re.search(r"Expected `(.+?)`.*field_name='(\w+)', input_value=(.+?), input_type=(\w+)", str(error))
+        expected, field, value, kind = named.groups() if named else ("another type", type(spec).__name__, "", "unknown")
+        raise DesignError(f"{key_of(field)} is {value:.60} ({kind}): it must be {expected}") from error
     return dict(config)
 
 

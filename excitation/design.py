@@ -20,7 +20,7 @@ from excitation.prediction import ForceModel
 from excitation.presets import PresetSpec, harmonic_config
 from excitation.series import one_or_series
 from excitation.signal import JSON, Excitation
-from excitation.synthesis import excitation_from_config
+from excitation.synthesis import excitation_from_config, extreme_of
 
 __all__ = ["COMMANDS", "design", "design_file", "envelope_of", "remake", "remake_file", "within_envelope"]
 
@@ -145,7 +145,7 @@ def design(command: str, config: Mapping[str, JSON]) -> Excitation | TestPlan:
     try:
         made = _designed(command, {key: value for key, value in config.items() if key not in _KEYS_OF_THE_RIG})
     except ArithmeticError as error:
-        raise DesignError(f"a value is too large or too small to compute with ({error})") from error
+        raise DesignError(f"a value is too large or too small to compute with: {extreme_of(config)}") from error
     if envelope is None:
         return made
     return within_envelope(made, to_spec(Envelope, envelope, "envelope"), on_excess=how)  # type: ignore[arg-type]

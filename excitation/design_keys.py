@@ -9,6 +9,7 @@ from typing import Any, Final, Literal, get_args, get_origin, get_type_hints
 
 from excitation.configuration import key_of, unit_of
 from excitation.drive_keys import DRIVE_MEANINGS
+from excitation.file_drive import FileSpec
 from excitation.force_estimate import ForceEstimate
 from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec
 from excitation.harmonic_plan_spec import (
@@ -77,7 +78,7 @@ _MEANINGS: Final[Mapping[type, Mapping[str, str]]] = {
     },
     LogLines: {
         "count": "frequencies over the band, moved to the nearest lines",
-        "odd": "odd lines only",
+        "odd": "odd lines only; without it those where phases = \"crest\" and they are as many: lower peaks",
     },
     HomogeniseSpec: {
         "method": "direct optimisation of the coverage, or Duym's iteration",
@@ -259,7 +260,12 @@ _ROOTS: Final[Mapping[str, type]] = {
     "noise": NoiseSpec, "road": RoadDriveSpec, "replay": ReplaySpec, "harmonic": HarmonicPlanSpec, "preset": PresetSpec,
     "plan": JoinedPlanSpec, "multi-axis": MultiAxisSpec,
 }  # fmt: skip
-_TESTS: Final[Mapping[str, type]] = {"conditions": TestConditions, "sine": SineSpec, "triangle": TriangleSpec}
+_TESTS: Final[Mapping[str, type]] = {
+    "conditions": TestConditions,
+    "sine": SineSpec,
+    "triangle": TriangleSpec,
+    "file": FileSpec,
+}
 """Tests of a plan file: what all may have, and the kinds that no command above makes alone."""
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from excitation.bounds import Bounds
+from excitation.file_drive import FileSpec
 from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec
 from excitation.joined_plan import JoinedPlanSpec, PartSpec
 from excitation.limits_given import TestLimits
@@ -109,7 +110,13 @@ DRIVE_MEANINGS: Final[Mapping[type, Mapping[str, str]]] = {
         "fade": "time in which it grows from rest and dies away",
         "scale": "factor on the motion; -1 turns its sign",
         "current_channel": "channel that is played as the current, held between its samples",
+        "current_unit": "of that channel, where the file states none",
         "record_sha256": "filled in when the record is read",
+    },
+    FileSpec: {
+        "record": "excitation file; its path counts from the plan",
+        "level": "factor on the displacement",
+        "record_sha256": "filled in when the file is read",
     },
     PresetSpec: {
         **_GATES,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from math import exp
 
 from excitation.errors import DesignError, EnvelopeError
 from excitation.plan import Test, TestPlan
@@ -21,6 +22,7 @@ __all__ = [
     "predict",
     "predict_plan",
     "read_envelope",
+    "rise_after",
     "scale_to_fit",
     "temperatures",
 ]
@@ -264,21 +266,29 @@ def predict_plan(
 
 
 def temperatures(plan: TestPlan, predictions: tuple[Prediction, ...], envelope: Envelope) -> tuple[float, ...]:
-    """Predicted damper temperature at the end of each test, °C; NaN where the specimen's heat capacity is not known.
-
-    T relaxes to ambient + P/h with the time constant C/h during a test of mean power P, to ambient during a
-    dwell.
-    """
+    """Predicted damper temperature at the end of each test, °C; NaN where the specimen's heat capacity is not known."""
     specimen = envelope.specimen
     if specimen is None or specimen.heat_capacity_j_k is None:
         return tuple(float("nan") for _ in plan.tests)
-    rate = specimen.cooling_w_k / specimen.heat_capacity_j_k
-    rise, ends = 0.0, []
+    rise_k, ends = 0.0, []
     for test, predicted in zip(plan.tests, predictions, strict=True):
-        rise *= 2.718281828459045 ** (-rate * (test.dwell_s + predicted.duration_s))
-        rise += predicted.temperature_rise_k or 0.0
-        ends.append(specimen.ambient_degc + rise)
+        rise_k = rise_after(rise_k, test, predicted, envelope)
+        ends.append(specimen.ambient_degc + rise_k)
     return tuple(ends)
+
+
+def rise_after(rise_k: float, test: Test, predicted: Prediction, envelope: Envelope) -> float:
+    """The damper's rise above ambient, K, at the end of a test that begins, with its dwell, at ``rise_k``.
+
+    T relaxes to ambient + P/h with the time constant C/h during a test of mean power P, to ambient during a dwell. 0
+    where the specimen's heat capacity is not known.
+    """
+    specimen = envelope.specimen
+    if specimen is None or specimen.heat_capacity_j_k is None:
+        return 0.0
+    rate = specimen.cooling_w_k / specimen.heat_capacity_j_k
+    left = exp(-rate * (test.dwell_s + predicted.duration_s))
+    return rise_k * left + (predicted.temperature_rise_k or 0.0)
 
 
 def _flat(design: Mapping[str, JSON], prefix: str = "") -> list[tuple[str, JSON]]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from math import ceil
 from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
@@ -134,6 +135,7 @@ class StepsSpec:
             raise DesignError(f"levels is {list(self.levels_a)}: a prbs has two")
         check_within("order", self.order, 2, 20)
         check_within("step_time", self.step_time_s, 1.0 / self.sample_rate_hz, _MOST_SAMPLES / self.sample_rate_hz, "s")
+        self._check_whole_sequence()
         check_within("seed", self.seed, 0, 2**63 - 1)
         check_at_least("periods", self.periods, 1)
         if self.periods > 1 and self.settling_cycles:
@@ -144,6 +146,16 @@ class StepsSpec:
         total = self.periods * self.cycles * self.sample_rate_hz / self.frequency_hz
         if total > _MOST_SAMPLES:
             raise DesignError(f"periods is {self.periods}: {total:.3g} samples in all; at most {_MOST_SAMPLES}")
+
+    def _check_whole_sequence(self) -> None:
+        """A part of a maximum-length sequence has neither its spectrum nor its correlation."""
+        whole_s, lasts_s = (2**self.order - 1) * self.step_time_s, self.cycles / self.frequency_hz
+        if self.sequence == "prbs" and lasts_s < whole_s * (1.0 - _NEAR):
+            raise DesignError(
+                f"order is {self.order}: its {2**self.order - 1} steps last {whole_s:g} s and {self.cycles} cycles at "
+                f"{self.frequency_hz:g} Hz {lasts_s:g} s: give {ceil(whole_s * self.frequency_hz)} cycles or more, or "
+                "a smaller order"
+            )
 
 
 def sine(spec: SineSpec) -> Excitation:

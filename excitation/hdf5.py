@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation.attributes import number, shown, text, version, whole
 from excitation.errors import DesignError, ExcitationFileError
 from excitation.kinds import Kind
 from excitation.signal import JSON, Excitation
@@ -18,8 +18,11 @@ from excitation.untrusted import open_hdf5, parse_json
 
 __all__ = [
     "FORMAT",
+    "check_layout",
     "get_excitation",
+    "get_figures",
     "get_json",
+    "get_kind",
     "hdf5_bytes",
     "put_attributes",
     "put_channels",
@@ -32,6 +35,8 @@ FORMAT = "damper-rig/excitation"
 VERSION = 1
 
 _UNITS = {"displacement_command": "m", "current_command": "A"}
+_REPEATED = ("coverage", "coverage_normalised")
+"""Figures that are attributes too, for whoever looks for files that cover well."""
 _MEANING = {
     "displacement_command": "set-point, positive in extension",
     "current_command": "set-point, held between samples",
@@ -75,7 +80,7 @@ def put_attributes(group: h5py.Group, excitation: Excitation) -> None:
     group.attrs["excitation_kind"] = str(excitation.kind)
     group.attrs["design"] = json.dumps(excitation.design)
     group.attrs["figures"] = json.dumps(excitation.figures)
-    for name in ("coverage", "coverage_normalised"):
+    for name in _REPEATED:
         if name in excitation.figures:
             group.attrs[name] = excitation.figures[name]
 
@@ -96,47 +101,61 @@ def _put_channel(channels: h5py.Group, name: str, values: NDArray[np.float64]) -
 
 def get_excitation(group: h5py.Group, where: str) -> Excitation:
     """The excitation below ``group``; ``where`` begins every message."""
-    layout = _attribute(group, "format", where)
-    if layout != FORMAT:
-        raise ExcitationFileError(f"{where}: format is {layout!r}: an excitation file has {FORMAT!r}")
-    version = int(_attribute(group, "format_version", where))
-    if version > VERSION:
-        raise ExcitationFileError(f"{where}: format_version is {version}: this release reads up to {VERSION}")
+    check_layout(group, where)
     displacement = _channel(group, "displacement_command", where)
     current = _channel(group, "current_command", where) if "channels/current_command" in group else None
-    samples = int(_attribute(group, "samples", where))
+    samples = whole(group, "samples", where)
     for name, values in (("displacement_command", displacement), ("current_command", current)):
         if values is not None and values.size != samples:
             raise ExcitationFileError(f"{where}: channel {name} has {values.size} samples: the file says {samples}")
     try:
         return Excitation(
-            kind=Kind(_attribute(group, "excitation_kind", where)),
-            sample_rate_hz=float(_attribute(group, "sample_rate", where)),
-            period_samples=int(_attribute(group, "period_samples", where)),
+            kind=get_kind(group, where),
+            sample_rate_hz=number(group, "sample_rate", where),
+            period_samples=whole(group, "period_samples", where),
             displacement_m=displacement,
             current_a=current,
             design=get_json(group, "design", where),
-            figures=get_json(group, "figures", where),
+            figures=get_figures(group, where),
         )
     except DesignError as error:
         raise ExcitationFileError(f"{where}: {error}") from error
-    except ValueError as error:
-        raise ExcitationFileError(f"{where}: excitation_kind: {error}: known are {', '.join(Kind)}") from error
 
 
-def _attribute(group: h5py.Group, name: str, where: str) -> Any:
-    """Any: HDF5 attributes are texts or numbers, the caller converts."""
-    if name not in group.attrs:
-        raise ExcitationFileError(f"{where}: attribute {name} is missing: this is no excitation file")
-    return group.attrs[name]
+def check_layout(group: h5py.Group, where: str) -> None:
+    """Raises ExcitationFileError where ``group`` is not laid out as an excitation of a version that is known."""
+    layout = text(group, "format", where)
+    if layout != FORMAT:
+        raise ExcitationFileError(f"{where}: format is {shown(layout)}: an excitation file has {FORMAT!r}")
+    version(group, where, VERSION)
+
+
+def get_kind(group: h5py.Group, where: str) -> Kind:
+    """The kind that the attributes state; raises ExcitationFileError."""
+    stated = text(group, "excitation_kind", where)
+    if stated not in tuple(Kind):
+        raise ExcitationFileError(f"{where}: excitation_kind is {shown(stated)}: known are {', '.join(Kind)}")
+    return Kind(stated)
+
+
+def get_figures(group: h5py.Group, where: str) -> Mapping[str, JSON]:
+    """What the design achieved; raises ExcitationFileError where the attributes that repeat a figure differ from it."""
+    figures = get_json(group, "figures", where)
+    for name in _REPEATED:
+        if name in group.attrs and number(group, name, where) != figures.get(name):
+            raise ExcitationFileError(f"{where}: {name} is {group.attrs[name]:g}: figures says {figures.get(name)}")
+    return figures
 
 
 def get_json(group: h5py.Group, name: str, where: str) -> Mapping[str, JSON]:
     """The object in the attribute ``name``, empty where there is none; raises ExcitationFileError."""
-    text = group.attrs.get(name, "{}")
+    if name not in group.attrs:
+        return {}
     try:
-        value = parse_json(text)
-    except (TypeError, ValueError) as error:
+        value = parse_json(text(group, name, where))
+    except ExcitationFileError:
+        raise
+    except ValueError as error:
         raise ExcitationFileError(f"{where}: attribute {name} is not JSON: {error}") from error
     if not isinstance(value, dict):
         raise ExcitationFileError(f"{where}: attribute {name} is not a JSON object: it must be a table of keys")
@@ -148,8 +167,8 @@ def _channel(group: h5py.Group, name: str, where: str) -> NDArray[np.float64]:
     if not isinstance(data, h5py.Dataset):
         raise ExcitationFileError(f"{where}: channel {name} is missing: an excitation needs it")
     unit = data.attrs.get("unit")
-    if unit != _UNITS[name]:
-        raise ExcitationFileError(f"{where}: channel {name} has unit {unit!r}: it must be {_UNITS[name]!r}")
+    if not isinstance(unit, str) or unit != _UNITS[name]:
+        raise ExcitationFileError(f"{where}: channel {name} has unit {shown(unit)}: it must be {_UNITS[name]!r}")
     if data.ndim != 1 or not np.issubdtype(data.dtype, np.floating):
         raise ExcitationFileError(
             f"{where}: channel {name} is {data.dtype} {data.shape}: it must be a 1-D array of floats"

@@ -10,9 +10,11 @@ from typing import Any, ClassVar
 from excitation.checks import check_at_least, check_within
 from excitation.configuration import STRICT, to_spec
 from excitation.errors import DesignError, ExcitationError
+from excitation.file_drive import FileSpec, file_drive
 from excitation.files import read_plan
 from excitation.plan import Test, TestPlan, test_from_config
-from excitation.plan_hdf5 import as_design
+from excitation.plan_design import as_design
+from excitation.plan_files import holds_a_plan
 from excitation.signal import JSON, Excitation
 
 __all__ = ["JoinedPlanSpec", "PartSpec", "joined_plan"]
@@ -87,14 +89,19 @@ def _plan_of(part: PartSpec, make: Callable[[str, Path], Excitation | TestPlan])
         return TestPlan(tests=(test_from_config({"name": "test", **part.test}),))
     if part.file:
         plan = read_plan(part.file)
-        return replace(
-            plan,
-            tests=tuple(replace(test, excitation=as_design(test.excitation, files=True)) for test in plan.tests),
-        )
+        return replace(plan, tests=tuple(_without_samples(test, Path(part.file)) for test in plan.tests))
     made = make(part.command, Path(part.config))
     if isinstance(made, TestPlan):
         return made
     return TestPlan(tests=(Test(name=Path(part.config).stem, excitation=made),))
+
+
+def _without_samples(test: Test, path: Path) -> Test:
+    """The test by its design, or else, if it is all that the file holds, by the file."""
+    made = as_design(test.excitation, files=True)
+    if made.sources is None and not holds_a_plan(path):
+        made = file_drive(FileSpec(record=str(path.resolve())))
+    return replace(test, excitation=made)
 
 
 def _conditioned(test: Test, part: PartSpec) -> Test:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-__all__ = ["DESIGNED", "HOMOGENISED", "NOISE", "REPLAY", "Kind"]
+__all__ = ["DESIGNED", "FILE", "HOMOGENISED", "NOISE", "REPLAY", "Kind"]
 
 
 class Kind(StrEnum):
@@ -28,6 +28,9 @@ NOISE = "noise"
 REPLAY = "replay"
 """A measured record: its samples are of the kind ``Kind.CUSTOM``."""
 
+FILE = "file"
+"""The samples of an excitation file as they are: its kind is that of the file."""
+
 DESIGNED: tuple[str, ...] = (
     Kind.MULTISINE,
     HOMOGENISED,
@@ -38,5 +41,6 @@ DESIGNED: tuple[str, ...] = (
     NOISE,
     Kind.ROAD,
     REPLAY,
+    FILE,
 )
 """The values of `kind` in a configuration: what this package can design."""

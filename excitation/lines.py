@@ -22,13 +22,14 @@ Lines = Literal["all", "odd", "odd-random"]
 class LogLines:
     """``count`` frequencies evenly spaced by their logarithm over the band, each moved to the nearest DFT line.
 
-    Where lines are wider apart than these, several fall together: there are then fewer. ``odd``: odd lines only.
+    Where lines are wider apart than these, several fall together: there are then fewer. ``odd``: odd lines only;
+    without it the nearest lines, where a low crest factor is sought odd ones if they are as many.
     """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = STRICT
 
     count: int
-    odd: bool = False
+    odd: bool | None = None
 
     def __post_init__(self) -> None:
         check_within("count", self.count, 2, 100_000)
@@ -39,28 +40,41 @@ LineChoice = Lines | LogLines | tuple[float, ...]
 
 
 def chosen_lines(
-    band: NDArray[np.int64], choice: LineChoice, group: int, seed: int, spacing_hz: float
+    band: NDArray[np.int64], choice: LineChoice, group: int, seed: int, spacing_hz: float, *, flat: bool = False
 ) -> NDArray[np.int64]:
-    """The lines of the band, (B,), that carry power, (K,); lines are ``spacing_hz`` apart.
+    """The lines of the band, (B,), that carry power, (K,); lines are ``spacing_hz`` apart. ``flat``: a low crest factor
+    is sought.
 
     Raises DesignError where no line is left, or a frequency is on no line of the band.
     """
     match choice:
         case LogLines():
-            return _log_lines(band, choice)
+            return _log_lines(band, choice.count, odd=choice.odd, flat=flat)
         case tuple():
             return _given_lines(band, choice, spacing_hz)
     return excited_lines(band, choice, group, seed)[0]
 
 
-def _log_lines(band: NDArray[np.int64], choice: LogLines) -> NDArray[np.int64]:
-    allowed = band[band % 2 == 1] if choice.odd else band
-    if allowed.size == 0:
+def _log_lines(band: NDArray[np.int64], count: int, *, odd: bool | None, flat: bool) -> NDArray[np.int64]:
+    """The second half of a motion on odd lines is the first with the opposite sign: half as many peaks to keep down."""
+    every, only = band, band[band % 2 == 1]
+    if odd and only.size == 0:
         raise DesignError("lines: no odd line of the band is left; widen the band or raise period_samples")
+    if odd:
+        return _nearest(only, count)
+    nearest = _nearest(every, count)
+    if odd is None and flat and only.size >= nearest.size:
+        odd_ones = _nearest(only, count)
+        return odd_ones if odd_ones.size == nearest.size else nearest
+    return nearest
+
+
+def _nearest(allowed: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+    """Those of equally spaced lines that are nearest to ``count`` values spaced by their logarithm."""
     first, last = float(allowed[0]), float(allowed[-1])
     # nine digits: powers differ in the last bit between machines
-    wanted = np.array([float(f"{first * (last / first) ** (n / (choice.count - 1)):.9g}") for n in range(choice.count)])
-    step = 2 if choice.odd else 1
+    wanted = np.array([float(f"{first * (last / first) ** (n / (count - 1)):.9g}") for n in range(count)])
+    step = float(allowed[1] - allowed[0]) if allowed.size > 1 else 1.0
     nearest = np.rint((wanted - first) / step).astype(np.int64)
     return np.asarray(allowed[np.unique(np.clip(nearest, 0, allowed.size - 1))])
 

@@ -204,7 +204,8 @@ def current_tones(spec: MultisineSpec) -> Multitone | None:
 def _lines(spec: MultisineSpec, asked: DisplacementSpec | CurrentSpec) -> NDArray[np.int64]:
     band = band_lines(asked.f_min_hz, asked.f_max_hz, spec.sample_rate_hz, spec.period_samples)
     spacing_hz = spec.sample_rate_hz / spec.period_samples
-    return chosen_lines(band, asked.lines, asked.detection_group, spec.seed, spacing_hz)
+    flat = spec.phases == "crest"
+    return chosen_lines(band, asked.lines, asked.detection_group, spec.seed, spacing_hz, flat=flat)
 
 
 def _displacement_spectrum(asked: DisplacementSpec, frequency_hz: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
@@ -17,7 +17,7 @@ from excitation.plan import MakeExcitation, Test, TestPlan, config_of, plan_from
 from excitation.plan_hdf5 import PLAN_FORMAT, read_plan_hdf5, write_plan_hdf5
 from excitation.record_path import resolved, written_beside
 from excitation.signal import JSON
-from excitation.spreadsheet import TIME
+from excitation.spreadsheet import TIME, check_last_line
 from excitation.synthesis import excitation_from_config
 from excitation.untrusted import DAMAGE, open_hdf5, parse_json
 
@@ -43,13 +43,15 @@ _COLUMNS: Mapping[str, str] = {  # the keys of a test and the heads of their col
     "sample_rate": "sample_rate (Hz)",
 }
 _FURTHER = "further"  # what has no column of its own, as JSON
+_ROWS = "rows"  # in the first row: how many there are; a file that was cut off between two lines has fewer
 
 
 def write_plan(path: Path | str, plan: TestPlan, *, whole: bool = False) -> None:
     """Writes the plan whole or not at all; the ending, .toml, .csv or .h5, says the format.
 
-    Designs are written, and samples, in .h5 alone, of tests that no design makes again. Records that are replayed are
-    named by a path that counts from the plan, and their SHA-256; with ``whole``, in .h5, their samples are written.
+    Designs are written, and samples, in .h5 alone, of tests that no design makes again: up to 5 MB of them. Records
+    that are replayed are named by a path that counts from the plan, and their SHA-256; with ``whole``, in .h5, all
+    samples of records are written, and any number of others.
     """
     path = Path(path)
     writers: Mapping[str, Callable[[Path], None]] = {
@@ -168,12 +170,12 @@ def _write_csv(path: Path, config: Mapping[str, Any]) -> None:
         rows.insert(0, {**config["warm_up"], "data_set": "warm-up"})
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
-        out.writerow([*_COLUMNS.values(), _FURTHER])
-        for row in rows:
+        out.writerow([*_COLUMNS.values(), _ROWS, _FURTHER])
+        for n, row in enumerate(rows):
             own = {k: v for k, v in row.items() if k in _COLUMNS and not isinstance(v, Mapping)}
             further = {k: v for k, v in row.items() if k not in own}
             cells = [_cell(own.get(key)) for key in _COLUMNS]
-            out.writerow([*cells, json.dumps(further) if further else ""])
+            out.writerow([*cells, "" if n else len(rows), json.dumps(further) if further else ""])
 
 
 def _cell(value: JSON) -> str:
@@ -187,12 +189,29 @@ def _csv_config(path: Path) -> dict[str, JSON]:
         reader = csv.DictReader(file)
         if _COLUMNS["name"] not in (reader.fieldnames or []) or _COLUMNS["kind"] not in (reader.fieldnames or []):
             raise ExcitationFileError(f"{path}: line 1 needs the columns name and wave_form: this is no plan")
-        rows = [_row(path, line, row) for line, row in enumerate(reader, start=2)]
+        table = list(reader)
+    _check_rows(path, table, reader.fieldnames or [])
+    rows = [_row(path, line, row) for line, row in enumerate(table, start=2)]
     warm_up = [row for row in rows if row.get("data_set") == "warm-up"]
     config: dict[str, JSON] = {"tests": [row for row in rows if row not in warm_up]}
     if warm_up:
         config["warm_up"] = warm_up[0]
     return config
+
+
+def _check_rows(path: Path, table: list[dict[str, str]], header: Sequence[str]) -> None:
+    """Raises ExcitationFileError where the first row states another number of rows: the file was cut off."""
+    if not table:
+        raise ExcitationFileError(f"{path}: nothing below line 1: a plan has one or more tests")
+    check_last_line(path, header)
+    stated = (table[0].get(_ROWS) or "").strip()
+    if stated and not path.read_bytes().endswith((b"\n", b"\r")):
+        raise ExcitationFileError(f"{path}: the last line has no end: the file is cut off there, or add a line break")
+    if stated and stated != str(len(table)):
+        raise ExcitationFileError(
+            f"{path}: {len(table)} rows: line 2, {_ROWS} is {stated[:20]!r}: the file is cut off or was edited: put it "
+            "back, or correct or clear this cell"
+        )
 
 
 def _row(path: Path, line: int, row: Mapping[str, str | None]) -> dict[str, JSON]:

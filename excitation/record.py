@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from excitation.errors import DesignError, ExcitationError, ExcitationFileError
 from excitation.matlab import read_variables
-from excitation.rpc3 import read_rpc3
-from excitation.spreadsheet import TIME, check_samples, measured_rate, read_description
+from excitation.rpc3 import plain_unit, read_rpc3
+from excitation.spreadsheet import TIME, check_last_line, check_samples, measured_rate, read_description
 from excitation.untrusted import DAMAGE, open_hdf5
 
 __all__ = ["RECORDS", "UNITS", "read_channel"]
@@ -48,7 +48,7 @@ def read_channel(path: Path, channel: str, si: str, unit: str = "") -> tuple[NDA
     except (OSError, UnicodeDecodeError, ValueError, TypeError, csv.Error, *DAMAGE) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise DesignError(f"record {path}: cannot be read: {reason:.200}") from error
-    measured, factor = UNITS.get(stated or unit, ("", 0.0))
+    measured, factor = UNITS.get(plain_unit(stated or unit), ("", 0.0))
     if measured != si:
         known = ", ".join(name for name, (of, _) in UNITS.items() if of == si)
         raise DesignError(f"record {path}: channel {channel!r} has unit {stated or unit!r}: it must be one of {known}")
@@ -95,7 +95,12 @@ def _of_mat(path: Path, channel: str) -> Read:
         rate_hz = measured_rate(path, np.asarray(found["time"], dtype=np.float64).reshape(-1))
     else:
         raise DesignError(f"record {path}: it has neither sample_rate nor time: add one of them")
-    return np.asarray(found[channel]), rate_hz, ""
+    own_unit = _OWN_UNITS.get(channel, "") if "excitation_kind" in found else ""
+    return np.asarray(found[channel]), rate_hz, own_unit
+
+
+_OWN_UNITS: Final[Mapping[str, str]] = {"displacement_command": "m", "current_command": "A"}
+"""Of the variables of a MAT file of this program, which states none."""
 
 
 def _of_csv(path: Path, channel: str) -> Read:
@@ -110,6 +115,7 @@ def _of_csv(path: Path, channel: str) -> Read:
         raise _missing(path, channel if TIME in header else TIME, header)
     if not first:
         raise ExcitationFileError(f"{path}: no samples: a record has {_LEAST_SAMPLES} or more")
+    check_last_line(path, header)
     times, values = _columns(path, (header.index(TIME), names.index(channel)))
     check_samples(path, read_description(path, first, header), values.size)
     return values, measured_rate(path, times), units[channel]

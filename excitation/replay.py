@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from hashlib import file_digest
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
@@ -20,6 +19,7 @@ from excitation.fades import fade
 from excitation.kinds import REPLAY, Kind
 from excitation.periodic import derivative
 from excitation.record import UNITS, read_channel
+from excitation.record_digest import check_digest, digest_of
 from excitation.signal import Excitation, made_on_demand
 
 __all__ = ["ReplaySpec", "replay"]
@@ -50,6 +50,7 @@ class ReplaySpec:
     scale: float = 1.0
     level: float = 1.0
     current_channel: str = ""
+    current_unit: str = ""  # of the current channel, where the file states none
     current_a: float | None = None
     record_sha256: str = ""
 
@@ -65,8 +66,9 @@ class ReplaySpec:
                 f"scale is {self.scale:g}: it must be another number than 0, up to 1e6; -1 turns the sign"
             )
         check_within("level", self.level, 1e-6, 1e3)
-        if self.unit:
-            check_one_of("unit", self.unit, [name for name, (of, _) in UNITS.items() if of == "m"])
+        for name, unit, si in (("unit", self.unit, "m"), ("current_unit", self.current_unit, "A")):
+            if unit:
+                check_one_of(name, unit, [one for one, (of, _) in UNITS.items() if of == si])
         if self.current_channel and self.current_a is not None:
             raise DesignError("current_channel and current are both given: give one of them")
 
@@ -83,7 +85,7 @@ def replay(spec: ReplaySpec) -> Excitation:
     moved = (shape, velocity, derivative(velocity, played_hz))
     x, v, a = (float(np.abs(values).max()) for values in moved)
     factor = spec.bounds.factor((x, v, a), spec.level)
-    spec = replace(spec, record_sha256=spec.record_sha256 or _digest(spec))
+    spec = replace(spec, record_sha256=spec.record_sha256 or digest_of(Path(spec.record)))
     current = partial(_current, spec, shape.size) if spec.current_channel or spec.current_a is not None else None
     if current is not None:
         current()  # to check it
@@ -116,24 +118,16 @@ def _motion(spec: ReplaySpec, factor: float) -> NDArray[np.float64]:
 def _current(spec: ReplaySpec, samples: int) -> NDArray[np.float64]:
     if spec.current_a is not None:
         return np.full(samples, spec.current_a)
-    asked, rate_hz = _channel(spec, spec.current_channel, "A")
+    asked, rate_hz = _channel(spec, spec.current_channel, "A", spec.current_unit)
     return _held(_cut(spec, asked, rate_hz), rate_hz, spec.sample_rate_hz or rate_hz, samples)
 
 
 def _channel(spec: ReplaySpec, channel: str, si: str, unit: str = "") -> tuple[NDArray[np.float64], float]:
     """The channel of the record of the design, and its rate."""
     path = Path(spec.record)
-    if spec.record_sha256 and path.is_file() and spec.record_sha256 != _digest(spec):
-        raise DesignError(
-            f"record {path}: it is not the file that the design was made of (its SHA-256 differs): put that file back, "
-            "or design again"
-        )
+    if spec.record_sha256 and path.is_file():
+        check_digest(path, spec.record_sha256)
     return read_channel(path, channel, si, unit)
-
-
-def _digest(spec: ReplaySpec) -> str:
-    with Path(spec.record).open("rb") as file:
-        return file_digest(file, "sha256").hexdigest()
 
 
 def _cut(spec: ReplaySpec, values: NDArray[np.float64], rate_hz: float) -> NDArray[np.float64]:

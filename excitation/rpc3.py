@@ -27,7 +27,16 @@ from excitation.rpc3_length import samples_without_padding, stated_samples
 from excitation.signal import JSON, Excitation
 from excitation.untrusted import parse_json
 
-__all__ = ["Channel", "TimeHistory", "read_drive", "read_rpc3", "write_drive", "write_response", "write_rpc3"]
+__all__ = [
+    "Channel",
+    "TimeHistory",
+    "plain_unit",
+    "read_drive",
+    "read_rpc3",
+    "write_drive",
+    "write_response",
+    "write_rpc3",
+]
 
 _BLOCK, _RECORD, _KEYWORD, _VALUE = 512, 128, 32, 96
 _FULL_SCALE = 32768  # so that SCALE alone converts integers, with either convention of readers
@@ -41,6 +50,11 @@ _READ: Final[Mapping[str, tuple[str, ...]]] = {
 }
 _NEAR_A_LIMIT: Final = 1e-4
 """Share of a channel's limit within which its peak is that limit: the two ways to scale differ by 5e-4 at 32752."""
+
+
+_FEWER_BITS: Final = _FULL_SCALE // 2
+"""Up to here INT_FULL_SCALE is that of a converter with fewer bits: integers that keep within it are counts of that.
+Where it is a factor instead, a signal within it uses half of its range or less."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -152,7 +166,7 @@ def read_rpc3(path: Path) -> TimeHistory:
     grouped = np.frombuffer(raw, dtype=dtype, count=groups * group * count).reshape(groups, count, group)
     data = np.ascontiguousarray(grouped.transpose(0, 2, 1)).reshape(-1, count)[: frames * frame]
     stated = stated_samples(path, keywords, frames * frame)
-    samples = samples_without_padding(data, frame) if stated is None else stated
+    samples = samples_without_padding(data, group) if stated is None else stated
     data = data[:samples]
     share, scaling = _full_scale(path, keywords, data) if kind == "SHORT_INTEGER" else (1.0, "")
     channels = tuple(
@@ -179,6 +193,7 @@ def _full_scale(path: Path, keywords: Mapping[str, str], data: NDArray[np.int16]
     if full_scale == _FULL_SCALE:
         return 1.0, ""
     share, alone = full_scale / _FULL_SCALE, 0
+    most = int(np.abs(data.astype(np.int32)).max(initial=0))
     for number in range(1, data.shape[1] + 1):
         limits = [_real(path, keywords, f"{side}_LIMIT.CHAN_{number}", "0") for side in ("LOWER", "UPPER")]
         reached = np.array([data[:, number - 1].min(), data[:, number - 1].max()], dtype=np.float64)
@@ -188,6 +203,8 @@ def _full_scale(path: Path, keywords: Mapping[str, str], data: NDArray[np.int16]
         alone += int(by[1] <= near < by[0]) - int(by[0] <= near < by[1])
     if alone > 0:
         return 1.0, f"integer · SCALE: the channels' limits say that INT_FULL_SCALE {full_scale:g} is no factor"
+    if alone == 0 and most <= full_scale <= _FEWER_BITS:
+        return 1.0, f"integer · SCALE: no integer is beyond INT_FULL_SCALE {full_scale:g}, which is no factor"
     return share, f"integer · SCALE · {full_scale:g}/{_FULL_SCALE}"
 
 
@@ -272,14 +289,19 @@ _METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
 _AMPERES = {"A": 1.0, "mA": 1e-3, "amp": 1.0}
 
 
+def plain_unit(unit: str) -> str:
+    """The unit as it is written here: some writers have capitals alone (MM, IN, AMP). "MA" could be two units."""
+    return unit.lower() if unit in ("M", "MM", "CM", "UM", "IN", "AMP") else "A" if unit == "a" else unit
+
+
 def read_drive(path: Path) -> Excitation:
     """The first channel in a unit of length as displacement, the first in amperes as current.
 
     Raises ExcitationFileError where no channel is a length.
     """
     history = read_rpc3(path)
-    displacement = next((c for c in history.channels if c.unit in _METRES), None)
-    current = next((c for c in history.channels if c.unit in _AMPERES), None)
+    displacement = next((c for c in history.channels if plain_unit(c.unit) in _METRES), None)
+    current = next((c for c in history.channels if plain_unit(c.unit) in _AMPERES), None)
     if displacement is None:
         units = ", ".join(f"{c.name} in {c.unit!r}" for c in history.channels)
         raise ExcitationFileError(f"{path}: no channel in {', '.join(_METRES)}: there are {units}")
@@ -290,8 +312,8 @@ def read_drive(path: Path) -> Excitation:
             kind=Kind(own.get("KIND", Kind.CUSTOM)),
             sample_rate_hz=history.sample_rate_hz,
             period_samples=int(own.get("PERIOD_SAMPLES", "0")),
-            displacement_m=displacement.values * _METRES[displacement.unit],
-            current_a=None if current is None else current.values * _AMPERES[current.unit],
+            displacement_m=displacement.values * _METRES[plain_unit(displacement.unit)],
+            current_a=None if current is None else current.values * _AMPERES[plain_unit(current.unit)],
             design=parse_json(text or "{}"),
             figures=_notes(history),
         )

@@ -23,7 +23,8 @@ _NAMES: Final = (
     "SAMPLES", "NUM_SAMPLES", "NUMBER_OF_SAMPLES", "TOTAL_SAMPLES", "NUM_POINTS", "TOTAL_POINTS", "PTS_PER_CHANNEL",
     "POINTS_PER_CHANNEL",
 )  # fmt: skip
-"""Keywords, alone or after a prefix with a dot, by which writers state the samples of a channel."""
+"""Keywords, alone or beside others with a dot (ACME.SAMPLES, SAMPLES.CHAN_1), by which writers state the samples of a
+channel."""
 
 
 def stated_samples(path: Path, keywords: Mapping[str, str], held: int) -> int | None:
@@ -32,7 +33,7 @@ def stated_samples(path: Path, keywords: Mapping[str, str], held: int) -> int | 
     Raises ExcitationFileError where it states more than the ``held`` ones, or no whole number.
     """
     for keyword, text in keywords.items():
-        if keyword.rpartition(".")[2].upper() not in _NAMES:
+        if not any(part in _NAMES for part in keyword.upper().split(".")):
             continue
         number = int(text) if text.isdecimal() else 0
         if not 0 < number <= held:
@@ -41,10 +42,10 @@ def stated_samples(path: Path, keywords: Mapping[str, str], held: int) -> int | 
     return None
 
 
-def samples_without_padding(data: NDArray[Any], frame: int) -> int:
-    """Samples of ``data``, (N, channels) as stored, without what fills the last frame.
+def samples_without_padding(data: NDArray[Any], group: int) -> int:
+    """Samples of ``data``, (N, channels) as stored, without what fills the last group of frames, of ``group`` samples.
 
-    Padding is a run at the end, inside the last frame, in which all channels are zero after a step larger than any
+    Padding is a run at the end, inside the last group, in which all channels are zero after a step larger than any
     other of the signal, or in which all channels hold one value.
     """
     samples = int(data.shape[0])
@@ -52,7 +53,7 @@ def samples_without_padding(data: NDArray[Any], frame: int) -> int:
     if changes.size == 0:
         return samples
     last = int(changes[-1]) + 1  # the first sample of the run
-    if samples - last > frame or last <= samples - frame:
+    if samples - last > group or last <= samples - group:
         return samples
     if not data[last].any() and _is_a_step(data[: last + 1].astype(np.float64)):
         return last

@@ -21,14 +21,28 @@ JSON: TypeAlias = "bool | int | float | str | Sequence[JSON] | Mapping[str, JSON
 Samples: TypeAlias = "Callable[[], NDArray[np.float64]]"
 """Makes the samples of one channel, (N,): the same at every call."""
 
+_SLOWEST_HZ, _FASTEST_HZ = 1e-6, 1e9
+"""Rates of samples that are no slip: 11 days between two samples; faster than any converter of a rig. Far beyond them
+the derivatives of a motion are no numbers."""
+_LARGEST = 1e9
+"""Of a displacement, m or rad, and a current, A: no rig has a millionth of it, and its derivatives are numbers."""
+
 
 def _frozen(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    array = np.array(values, dtype=np.float64, order="C")
+    try:
+        given = np.asarray(values)
+        array = np.array(given, dtype=np.float64, order="C") if given.dtype.kind in "fiu" else None
+    except (TypeError, ValueError):
+        array = None
+    if array is None:
+        raise DesignError(f"{name} is {' '.join(repr(values).split()):.60}: it must be a 1-D array of real numbers")
     if array.ndim != 1 or array.size == 0:
         raise DesignError(f"{name} has shape {array.shape}: it must be a 1-D array with at least one sample")
     if not np.isfinite(array).all():
         first = int(np.flatnonzero(~np.isfinite(array))[0])
         raise DesignError(f"{name}: sample {first} is {array[first]}: every sample must be a finite number")
+    if not -_LARGEST <= array.min() <= array.max() <= _LARGEST:
+        raise DesignError(f"{name} reaches {np.abs(array).max():.3g}: it must stay within ±{_LARGEST:g}, in SI units")
     array.flags.writeable = False
     return array
 
@@ -50,8 +64,8 @@ class Excitation:
     figures: Mapping[str, JSON] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._check_numbers()
         object.__setattr__(self, "displacement_m", _frozen("displacement", self.displacement_m))
+        self._check_numbers()
         if self.current_a is not None:
             object.__setattr__(self, "current_a", _frozen("current", self.current_a))
             if self.current_a.size != self.samples:
@@ -64,8 +78,14 @@ class Excitation:
         if self.kind not in tuple(Kind):
             raise DesignError(f"kind is {self.kind!r:.60}: it must be one of {', '.join(Kind)}")
         object.__setattr__(self, "kind", Kind(self.kind))
-        if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
-            raise DesignError(f"sample_rate is {self.sample_rate_hz} Hz: it must be a positive number")
+        if not isinstance(self.sample_rate_hz, int | float | np.integer | np.floating):
+            raise DesignError(f"sample_rate is {self.sample_rate_hz!r:.60}: it must be a number, Hz")
+        if not isinstance(self.period_samples, int | np.integer):
+            raise DesignError(f"period_samples is {self.period_samples!r:.60}: it must be a whole number")
+        if not _SLOWEST_HZ <= self.sample_rate_hz <= _FASTEST_HZ:
+            raise DesignError(
+                f"sample_rate is {self.sample_rate_hz} Hz: it must lie in {_SLOWEST_HZ:g} … {_FASTEST_HZ:g} Hz"
+            )
         if not 0 <= self.period_samples <= self.samples:
             raise DesignError(
                 f"period_samples is {self.period_samples}: it must lie in 0 … {self.samples}; 0: not periodic"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +19,11 @@ from excitation.kinds import Kind
 from excitation.signal import JSON, Excitation
 from excitation.untrusted import parse_json
 
-__all__ = ["TIME", "check_samples", "measured_rate", "read_csv", "read_description", "write_csv"]
+__all__ = ["TIME", "check_last_line", "check_samples", "measured_rate", "read_csv", "read_description", "write_csv"]
 
 TIME, _DISPLACEMENT, _CURRENT = "time (s)", "displacement_command (m)", "current_command (A)"
 _DESCRIPTION = "description"
+_LONGEST_LINE = 1 << 22  # bytes of a line that is looked at as the last one; a description has some 10 kB
 _AGREE = 1e-3  # of the rate: a time is rounded, and no clock is off by as much
 
 
@@ -67,6 +68,7 @@ def read_csv(path: Path) -> Excitation:
                     f"{path}: line 1 has no column {name!r}: it has {', '.join(header) or 'none'}"
                 )
         table = [row for row in rows if row]
+    check_last_line(path, header)
     names = [name for name in (TIME, _DISPLACEMENT, _CURRENT) if name in header]
     for name in names:
         if header.count(name) > 1:
@@ -109,6 +111,24 @@ def check_samples(path: Path, said: Mapping[str, Any], samples: int) -> None:
     if said.get("samples", samples) != samples:
         raise ExcitationFileError(
             f"{path}: {samples} samples: line 2 says samples = {said['samples']}; the file is cut off or was edited"
+        )
+
+
+def check_last_line(path: Path, header: Sequence[str]) -> None:
+    """Raises ExcitationFileError where the last line has no end and fewer cells than the header: it was cut off there.
+
+    Its last number may then be a shorter one. The lines that this program writes end, in an empty cell or not.
+    """
+    with path.open("rb") as file:
+        file.seek(max(0, path.stat().st_size - _LONGEST_LINE))
+        end = file.read()
+    if not end or end.endswith((b"\n", b"\r")):
+        return
+    last = end.splitlines()[-1].decode("utf-8", errors="replace")
+    cells = len(next(csv.reader([last]), []))
+    if cells < len(header):
+        raise ExcitationFileError(
+            f"{path}: the last line has {cells} of {len(header)} cells and no end: the file is cut off there"
         )
 
 

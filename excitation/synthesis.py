@@ -13,6 +13,7 @@ from excitation import kinds
 from excitation.checks import check_one_of
 from excitation.configuration import to_config, to_spec
 from excitation.errors import DesignError
+from excitation.file_drive import FileSpec, file_drive
 from excitation.harmonic import SineSpec, StepsSpec, TriangleSpec, sine, steps, triangle
 from excitation.homogenise import homogenised
 from excitation.kinds import DESIGNED, HOMOGENISED, Kind
@@ -39,6 +40,7 @@ __all__ = [
     "FoundPhases",
     "excitation_from_config",
     "excitation_of_phases",
+    "extreme_of",
     "homogenised_multisine",
     "multisine",
     "phases_of",
@@ -55,6 +57,7 @@ SPECS: Mapping[str, type] = {  # what the keys of each kind are; one entry for e
     kinds.NOISE: NoiseSpec,
     Kind.ROAD.value: RoadDriveSpec,
     kinds.REPLAY: ReplaySpec,
+    kinds.FILE: FileSpec,
 }
 
 
@@ -63,6 +66,8 @@ def excitation_from_config(config: Mapping[str, JSON], where: str = "") -> Excit
 
     Raises DesignError, one line that begins with ``where``.
     """
+    if not isinstance(config, Mapping):
+        raise DesignError(f"configuration is {config!r:.60}: it must be a table of keys and values").below(where)
     kind = config.get("kind")
     parameters = {key: value for key, value in config.items() if key != "kind"}
     try:
@@ -70,14 +75,14 @@ def excitation_from_config(config: Mapping[str, JSON], where: str = "") -> Excit
         with np.errstate(over="raise", invalid="raise", divide="raise"):
             return _make(str(kind), parameters)
     except ArithmeticError as error:
-        raise DesignError(f"a value is too large or too small to compute with ({error}): {_extreme(config)}").below(
+        raise DesignError(f"a value is too large or too small to compute with ({error}): {extreme_of(config)}").below(
             where
         ) from error
     except DesignError as error:
         raise error.below(where) from error
 
 
-def _extreme(config: Mapping[str, JSON]) -> str:
+def extreme_of(config: Mapping[str, JSON]) -> str:
     """The number that is furthest from 1, with its key."""
     found = max(_numbers(config, ""), key=lambda pair: abs(log10(abs(pair[1]))), default=("", 1.0))
     return f"{found[0]} is {found[1]:g}"
@@ -100,7 +105,7 @@ def _numbers(value: JSON, place: str) -> Iterator[tuple[str, float]]:
 
 def reads_a_file(config: Mapping[str, JSON]) -> bool:
     """Whether making the excitation would read a file of this machine: what comes from elsewhere must not."""
-    if config.get("kind") == kinds.REPLAY:
+    if config.get("kind") in (kinds.REPLAY, kinds.FILE):
         return True
     displacement = config.get("displacement")
     spectrum = displacement.get("spectrum") if isinstance(displacement, Mapping) else None
@@ -123,6 +128,8 @@ def _make(kind: str, config: Mapping[str, JSON]) -> Excitation:
             return road_drive(to_spec(RoadDriveSpec, config))
         case kinds.REPLAY:
             return replay(to_spec(ReplaySpec, config))
+        case kinds.FILE:
+            return file_drive(to_spec(FileSpec, config))
         case _:
             return _multisine(kind, to_spec(MultisineSpec, _completed(config)))
 

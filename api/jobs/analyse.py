@@ -62,8 +62,9 @@ def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
     data = levels_data(found)
     (folder / "analysis.json").write_text(json.dumps(data, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     write_analysis(folder / "analysis.html", found)
-    each = [{key: one[key] for key in _TOLD} for one in data.get("levels", [data])]
-    return each[0] if len(each) == 1 else {"levels": each}
+    if "levels" not in data:
+        return {key: data[key] for key in _TOLD}
+    return {"levels": [{key: one[key] for key in _TOLD} for one in data["levels"]], "refused": data["refused"]}
 
 
 _TOLD = ("runs", "level", "band", "method", "force", "notes")

@@ -17,7 +17,7 @@ from excitation.analysis.pooled import pooled
 from excitation.analysis.realisations import merged, played_lines, settled
 from excitation.analysis.result import Analysis, Levels, LineLevels, Response
 from excitation.analysis.seen_lines import SeenLines
-from excitation.analysis.spectra import LineSpectra, line_spectra
+from excitation.analysis.spectra import LineSpectra, line_spectra, noise_beside
 from excitation.analysis.spoiled import spoiled_lines
 from excitation.analysis.variation import variation
 from excitation.errors import AnalysisError
@@ -67,7 +67,7 @@ def analyse(measurement: Measurement) -> Analysis:
     _check_solved(linear, lines, ready, len(spectra))
     found = detected(spectra, linear, lines, over_rate=over_rate)
     nonlinear = _nonlinear(spectra, linear, lines, found)
-    mean_noise, noise = _noise(spectra, lines.driven)
+    mean_noise, noise = _noise(spectra, lines.driven, linear.value)
     variance = _variance(linear, nonlinear, mean_noise)
     notes = (
         *told,
@@ -102,7 +102,7 @@ def analyse(measurement: Measurement) -> Analysis:
 def _nonlinear(spectra: Sequence[LineSpectra], linear: Approximation, lines: SeenLines, found: Detected) -> _Nonlinear:
     """By whichever method knows the distortion on the driven lines from more numbers."""
     inner, count = lines.inside(lines.odd), len(spectra)
-    noise = _noise(spectra, lines.driven)[0]
+    noise = _noise(spectra, lines.driven, linear.value)[0]
     even = direct(found.of(lines.even)) if lines.splits else None
     told = _direct_of(found, lines.odd if lines.splits else lines.mixed)
     by_scatter = linear.spare * int(np.sum(np.isfinite(linear.scatter)))
@@ -210,10 +210,13 @@ def _known(spectra: Sequence[LineSpectra]) -> bool:
     return all(one.periods > 1 for one in spectra)
 
 
-def _noise(spectra: Sequence[LineSpectra], lines: NDArray[np.int64]) -> tuple[Floats, Floats]:
-    """Variance of the force on lines by noise, of the mean of a run's periods and of one, mean over the runs, N²."""
-    mean = np.mean([one.noise[lines] / one.periods for one in spectra], axis=0)
-    return mean, np.mean([one.noise[lines] for one in spectra], axis=0)
+def _noise(
+    spectra: Sequence[LineSpectra], lines: NDArray[np.int64], g: NDArray[np.complex128]
+) -> tuple[Floats, Floats]:
+    """Variance of Y − G·U on lines by noise, of the mean of a run's periods and of one, mean over the runs, N²."""
+    each = [noise_beside(one, g, lines) for one in spectra]
+    mean = np.mean([noise / one.periods for noise, one in zip(each, spectra, strict=True)], axis=0)
+    return mean, np.mean(each, axis=0)
 
 
 def _variance(linear: Approximation, nonlinear: _Nonlinear, mean_noise: Floats) -> Floats:
@@ -316,7 +319,8 @@ def _spectrum(
             out.append(_line_levels(kind, part.lines, part.power + part.noise, spacing, part.power))
     if _known(spectra):
         every = np.sort(np.concatenate([lines.driven, found.lines]))
-        out.append(_line_levels("noise", every, _noise(spectra, every)[0], spacing))
+        noise = np.mean([one.noise[every] / one.periods for one in spectra], axis=0)
+        out.append(_line_levels("noise", every, noise, spacing))
     return tuple(out)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from excitation.analysis.criteria import POOLED
 from excitation.analysis.pooled import pooled
 from excitation.analysis.seen_lines import SeenLines
-from excitation.analysis.spectra import LineSpectra
+from excitation.analysis.spectra import LineSpectra, noise_beside
 
 __all__ = ["Approximation", "approximate", "between", "pooled_scatter", "unsolved"]
 
@@ -30,7 +30,7 @@ class Approximation:
 
     value: Complex  # (I, K), N per unit of the input
     gain: Floats  # (I, K): variance of G for a variance 1 N² of the force, the diagonal of (UᴴU)⁻¹
-    noise_std: Floats  # (I, K): standard deviation of G by noise alone, √E|ΔG|²; NaN where no noise is known
+    noise_std: Floats  # (I, K): of G by noise of force and inputs alone, √E|ΔG|²; NaN where no noise is known
     scatter: Floats  # (K,), N²: mean square of what G leaves of one realisation; NaN without realisations to spare
     spare: int  # realisations beyond those that G needs where most inputs drive, 0 where none
     linear: Floats  # (K,), N²: mean square of what G makes of the inputs; all of the force where G cannot be told
@@ -52,7 +52,6 @@ def approximate(spectra: Sequence[LineSpectra], lines: SeenLines) -> Approximati
     driven = lines.driven
     forces = np.array([one.force[driven] for one in spectra]).T  # (K, M)
     inputs = np.array([one.inputs[:, driven] for one in spectra]).transpose(2, 0, 1)  # (K, M, I)
-    noise = np.array([one.noise[driven] / one.periods for one in spectra]).T  # (K, M)
     active = np.array([np.isin(driven, one) for one in lines.excited]).T  # (K, I)
     value = np.full(active.shape, np.nan, dtype=np.complex128)
     gain, noise_std = np.full(active.shape, np.nan), np.full(active.shape, np.nan)
@@ -68,7 +67,8 @@ def approximate(spectra: Sequence[LineSpectra], lines: SeenLines) -> Approximati
         made = (u @ solved[:, :, None])[:, :, 0]
         place = np.ix_(at, use)
         value[place], gain[place] = solved, np.sum(np.abs(weights) ** 2, axis=2)
-        noise_std[place] = np.sqrt(np.sum(np.abs(weights) ** 2 * noise[at][:, None, :], axis=2))
+        noise = [noise_beside(one, _of_inputs(solved, use, one), driven[at]) / one.periods for one in spectra]
+        noise_std[place] = np.sqrt(np.sum(np.abs(weights) ** 2 * np.array(noise).T[:, None, :], axis=2))
         linear[at] = np.mean(np.abs(made) ** 2, axis=1)
         if len(spectra) > use.size:
             scatter[at] = np.sum(np.abs(y - made) ** 2, axis=1) / (len(spectra) - use.size)
@@ -83,6 +83,13 @@ def approximate(spectra: Sequence[LineSpectra], lines: SeenLines) -> Approximati
         linear=linear,
         taken=min(most / len(spectra), 1.0),
     )
+
+
+def _of_inputs(solved: Complex, use: NDArray[np.int64], one: LineSpectra) -> Complex:
+    """G of every input, (I, K), from that of some, (K, I')."""
+    out = np.zeros((len(one.inputs), len(solved)), dtype=np.complex128)
+    out[use] = solved.T
+    return out
 
 
 def _can_be_solved(u: Complex) -> NDArray[np.bool_]:

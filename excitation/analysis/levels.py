@@ -13,7 +13,7 @@ from excitation.analysis.approximation import Approximation, between
 from excitation.analysis.criteria import CONFIDENCE, LINES_OF_A_SEGMENT, MOST_SEGMENTS, POOLED
 from excitation.analysis.pooled import pooled, segments
 from excitation.analysis.seen_lines import SeenLines
-from excitation.analysis.spectra import LineSpectra
+from excitation.analysis.spectra import LineSpectra, noise_beside
 
 __all__ = ["Detected", "Level", "Neighbours", "detected", "direct", "from_neighbours", "from_scatter", "together"]
 
@@ -76,7 +76,7 @@ class Detected:
     power: Floats  # mean over the realisations, without the noise
     variance: Floats  # of that, by the noise
     noise: Floats  # of the mean period, mean over the realisations
-    corrected: Floats  # mean square of what was taken off
+    corrected: Floats  # mean square of what was taken off, without the noise of the inputs
 
     def of(self, lines: Lines) -> Detected:
         """Those of some lines."""
@@ -106,12 +106,13 @@ def detected(
     power, noise, variance, corrected = (np.zeros(at.size) for _ in range(4))
     for one in spectra:
         own = np.sum(g * one.inputs[:, at], axis=0)
-        nu = one.noise[at] / one.periods
+        nu = noise_beside(one, g, at) / one.periods
         found = np.abs(one.force[at] - own) ** 2
         free = max(one.freedom, 1.0)
         power += (found - nu) / count
         noise += nu / count
-        corrected += np.abs(own) ** 2 / count
+        by_noise = np.sum(np.abs(g) ** 2 * one.input_noise[:, at], axis=0) / one.periods
+        corrected += (np.abs(own) ** 2 - by_noise) / count
         variance += (2.0 * np.maximum(found - nu, 0.0) * nu + nu**2 * (1.0 + 1.0 / free)) / count**2
     return Detected(lines=at, power=power, variance=variance, noise=noise, corrected=corrected)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from excitation.analysis.measurement import Realisation
 
-__all__ = ["LineSpectra", "line_spectra", "power_between", "rms_lines"]
+__all__ = ["LineSpectra", "line_spectra", "noise_beside", "power_between", "rms_lines"]
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -27,6 +27,7 @@ class LineSpectra:
     noise: Floats  # (L,), N²: the same of the force; 0 where there is one period
     total: Floats  # (L,), N²: variance of a line about its mean over the periods: noise and slow change
     each: Complex  # (P, L): the force of each period
+    each_input: Complex  # (I, P, L): the inputs of each period
 
     @property
     def freedom(self) -> float:
@@ -54,7 +55,18 @@ def line_spectra(realisation: Realisation) -> LineSpectra:
         noise=power_between(force),
         total=total,
         each=force,
+        each_input=inputs,
     )
+
+
+def noise_beside(one: LineSpectra, g: Complex, lines: NDArray[np.int64]) -> Floats:
+    """Variance of Y − Σ G_i·U_i of one period on lines, (K,), N²; ``g`` (I, K), NaN where an input makes nothing.
+
+    It holds the noise of the inputs too, |G|²·σ_u² where that is independent of the noise of the force, and leaves out
+    what the force makes of a motion that truly differs from period to period.
+    """
+    made = np.sum(np.nan_to_num(g)[:, None, :] * one.each_input[:, :, lines], axis=0)
+    return power_between(one.each[:, lines] - made)
 
 
 def rms_lines(periods: Floats) -> Complex:

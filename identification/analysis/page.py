@@ -9,8 +9,8 @@ from pathlib import Path
 from excitation.analysis import Analysis, Level
 from excitation.atomic import written_whole
 from identification.analysis.charts import charts, over_levels, own_charts, responses
-from identification.analysis.levels import AtLevel
-from identification.analysis.words import analysis_text, linear_share
+from identification.analysis.levels import AtLevel, LevelsFound
+from identification.analysis.words import analysis_text, linear_share, refused_text
 from identification.errors import OutputError
 from identification.page_style import ON_PAPER, document, drawn, table
 
@@ -28,21 +28,25 @@ includes distortion and noise; at another level the approximation is another one
 _MOST_DRAWN = 12  # levels with charts of their own: each takes a browser a tenth of a second and 100 kB
 
 
-def write_analysis(path: Path, levels: Sequence[AtLevel]) -> None:
+def write_analysis(path: Path, found: LevelsFound) -> None:
     """Write the page, whole or not at all. Raises OutputError."""
     with written_whole(path, OutputError) as temporary:
-        temporary.write_text(analysis_html(levels), encoding="utf-8")
+        temporary.write_text(analysis_html(found), encoding="utf-8")
 
 
-def analysis_html(levels: Sequence[AtLevel]) -> str:
+def analysis_html(found: LevelsFound) -> str:
     """The whole page: one level with all its charts; several drawn together, and each by itself."""
-    parts = _parts(levels[0].found) if len(levels) == 1 else _parts_of_all(levels)
+    parts = _parts(found.levels[0].found) if found.alone else _parts_of_all(found)
     return document("Linear part, distortion and noise", parts)
 
 
-def _parts_of_all(levels: Sequence[AtLevel]) -> Iterator[str]:
+def _parts_of_all(every: LevelsFound) -> Iterator[str]:
+    levels = every.levels
     yield "<h1>Linear part, distortion and noise at several levels</h1>"
     yield f"<p>{len(levels)} designs and levels, each with an approximation of its own.</p>"
+    if every.refused:
+        lines = "".join(f"<li>{html.escape(refused_text(one))}</li>" for one in every.refused)
+        yield f"<ul>{lines}</ul>"
     yield _overview(levels)
     yield f"<p class=note>{_NOTES}</p>"
     named = [(one.setting.text, one.found) for one in levels]

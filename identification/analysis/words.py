@@ -2,36 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from excitation.analysis import Analysis, Level, Response, Trend
-from identification.analysis.levels import AtLevel
+from identification.analysis.levels import LevelsFound, Refused
 from identification.analysis.setting import Setting
 
-__all__ = ["analysis_data", "analysis_text", "level_text", "levels_data", "levels_text", "linear_share"]
+__all__ = ["analysis_data", "analysis_text", "level_text", "levels_data", "levels_text", "linear_share", "refused_text"]
 
 # Any: JSON
 
 
-def levels_text(levels: Sequence[AtLevel]) -> str:
+def levels_text(found: LevelsFound) -> str:
     """The text of one level; of several one after the other, each under its motion and current."""
-    if len(levels) == 1:
-        return analysis_text(levels[0].found)
-    count = len(levels)
-    return "\n".join(
+    if found.alone:
+        return analysis_text(found.levels[0].found)
+    count = len(found.levels)
+    told = [
         f"level {number} of {count}: {one.setting.text}\n{analysis_text(one.found)}"
-        for number, one in enumerate(levels, start=1)
-    )
+        for number, one in enumerate(found.levels, start=1)
+    ]
+    return "\n".join([*told, *(refused_text(one) for one in found.refused)])
 
 
-def levels_data(levels: Sequence[AtLevel]) -> dict[str, Any]:
-    """The figures of one level; of several under ``levels``, one after the other."""
-    each = [{**analysis_data(one.found), "level": _setting(one.setting)} for one in levels]
-    return each[0] if len(each) == 1 else {"levels": each}
+def refused_text(one: Refused) -> str:
+    """Which level is not known, and why."""
+    return f"not analysed: {one.setting.text} ({', '.join(one.runs)}): {one.reason}"
+
+
+def levels_data(found: LevelsFound) -> dict[str, Any]:
+    """The figures of one level; of several under ``levels``, those that cannot be analysed under ``refused``."""
+    each = [{**analysis_data(one.found), "level": _setting(one.setting)} for one in found.levels]
+    if found.alone:
+        return each[0]
+    refused = [{"runs": list(one.runs), "level": _setting(one.setting), "reason": one.reason} for one in found.refused]
+    return {"levels": each, "refused": refused}
 
 
 def _setting(one: Setting) -> dict[str, float | None]:

@@ -135,7 +135,11 @@ def test_a_test_cannot_name_a_file_of_the_service(client: httpx.Client, body: di
     named = {"name": "n", **design, "displacement": {**band, "spectrum": {"record": "/etc/hostname"}}}
     bounds = {"max_displacement": 0.01, "max_velocity": 0.1}
     replayed = {"name": "r", "kind": "replay", "record": "/etc/hostname", "bounds": bounds}
-    for wrong in ({"tests": [named]}, {"warm_up": named}, {"tests": [replayed]}, {"warm_up": replayed}):
+    of_file = {"name": "f", "kind": "file", "record": "/etc/hostname"}
+    for one in (named, replayed, of_file):
+        with_it = problem(client.post("/v1/campaigns", json={**body, "tests": [one]}), 422)
+        assert "upload the file" in with_it["detail"]
+    for wrong in ({"warm_up": named}, {"warm_up": replayed}, {"warm_up": of_file}):
         answer = problem(client.post("/v1/campaigns", json={**body, **wrong}), 422)
         assert "upload the file" in answer["detail"]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ from excitation.hdf5 import write_hdf5
 from excitation.kinds import Kind
 from excitation.rig import Control, Envelope, MotionLimits
 from excitation.signal import Excitation
+from excitation.synthesis import excitation_from_config
 
-__all__ = ["CONFIGS", "replay_config", "rig_of", "write_record"]
+__all__ = ["CONFIGS", "file_config", "replay_config", "rig_of", "write_record"]
 
 BOUNDS = {"max_displacement": 0.02, "max_velocity": 0.4, "max_acceleration": 30.0, "beyond": "scale"}
 BAND = {"f_min": 0.5, "f_max": 20.0, "max_displacement": 0.02, "max_velocity": 0.4, "max_acceleration": 30.0}
@@ -98,3 +100,12 @@ def replay_config(folder: Path) -> dict[str, Any]:
         "f_max": 20.0,
         "bounds": BOUNDS,
     }
+
+
+def file_config(folder: Path) -> dict[str, Any]:
+    """A file of samples that no design makes: a sine whose third harmonic an iteration has added."""
+    made = excitation_from_config(CONFIGS["sine"])
+    n = np.arange(made.samples) % made.period_samples
+    added = 1e-4 * np.sin(6.0 * np.pi * n / made.period_samples)
+    write_hdf5(folder / "drive.h5", replace(made, displacement_m=0.9 * made.displacement_m + added))
+    return {"kind": "file", "record": str(folder / "drive.h5")}

@@ -150,6 +150,7 @@ def test_listed_levels_are_played_in_their_order() -> None:
         ("road", {"speed": 0.0}, "speed is 0"),
         ("prbs", {"levels": [0.1, 0.2, 0.3]}, "a prbs has two"),
         ("prbs", {"order": 40}, "order is 40"),
+        ("prbs", {"order": 7}, "its 127 steps last 6.35 s and 8 cycles at 2 Hz 4 s: give 13 cycles or more"),
         ("prbs", {"step_time": 2.0**53}, "step_time is 9.*e.15 s"),
         ("prbs", {"sequence": "gray"}, "sequence is 'gray'"),
     ],

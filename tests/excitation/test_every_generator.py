@@ -15,23 +15,25 @@ from excitation.motion import motion
 from excitation.plan import Test, TestPlan
 from excitation.signal import Excitation
 from excitation.synthesis import SPECS, excitation_from_config
-from tests.excitation.generators import CONFIGS, replay_config, rig_of
+from tests.excitation.generators import CONFIGS, file_config, replay_config, rig_of
 
-EVERY = pytest.mark.parametrize("name", [*CONFIGS, "replay"])
+OF_FILES = {"replay": replay_config, "file": file_config}
+
+EVERY = pytest.mark.parametrize("name", [*CONFIGS, *OF_FILES])
 
 
 @pytest.fixture(scope="module")
-def replayed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    return replay_config(tmp_path_factory.mktemp("records"))
+def of_files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    return {name: make(tmp_path_factory.mktemp("records")) for name, make in OF_FILES.items()}
 
 
 @pytest.fixture
-def excitation(name: str, replayed: dict[str, Any]) -> Excitation:
-    return excitation_from_config({**CONFIGS, "replay": replayed}[name])
+def excitation(name: str, of_files: dict[str, Any]) -> Excitation:
+    return excitation_from_config({**CONFIGS, **of_files}[name])
 
 
 def test_every_kind_that_can_be_designed_is_here() -> None:
-    assert {"replay", *(config["kind"] for config in CONFIGS.values())} == set(DESIGNED) == set(SPECS)
+    assert {*OF_FILES, *(config["kind"] for config in CONFIGS.values())} == set(DESIGNED) == set(SPECS)
 
 
 @EVERY
@@ -72,7 +74,7 @@ def test_it_goes_through_every_file(name: str, excitation: Excitation, tmp_path:
     for ending in (".h5", ".csv", ".mat", ".drv"):
         write_excitation(tmp_path / f"x{ending}", excitation)
         back = read_excitation(tmp_path / f"x{ending}")
-        tolerance = np.abs(excitation.displacement_m).max() / 60_000 if (name, ending) == ("replay", ".drv") else 0.0
+        tolerance = np.abs(excitation.displacement_m).max() / 60_000 if name in OF_FILES and ending == ".drv" else 0.0
         np.testing.assert_allclose(back.displacement_m, excitation.displacement_m, rtol=0.0, atol=tolerance)
         assert (back.kind, back.period_samples, back.design) == (
             excitation.kind,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from excitation import DesignError, EnvelopeError, ExcitationError, TestPlan, wr
 from excitation.configuration import read_config, to_config
 from excitation.design import design, design_file
 from excitation.envelope import read_envelope
+from excitation.excess import fit_plan
 from excitation.plan import plan_from_config
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -49,8 +51,48 @@ def test_shortened_tests_are_as_long_as_the_heat_allows_and_listed() -> None:
     assert f"shortened, cycles 500 → {cycles}: temperature rise" in left.changes[0]
     with pytest.raises(EnvelopeError):
         design("harmonic", {**HOT, "cycles": cycles + 1})
-    with pytest.raises(EnvelopeError, match="cannot be shortened to fit: displacement"):
-        design("harmonic", {**MATRIX, "on_excess": "shorten"})
+    with pytest.raises(EnvelopeError, match=r"every test exceeds .* cannot be shortened to fit: displacement"):
+        design("harmonic", {**MATRIX, "series": [{"amplitude": 0.1, "frequency": 1.0}], "on_excess": "shorten"})
+
+
+def test_what_cannot_be_shortened_is_left_out_and_listed_and_the_others_are_shortened() -> None:
+    wide = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.1, "frequency": 1.0, "cycles": 3}
+    hot = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.04, "frequency": 4.0, "current": 1.0, "cycles": 500}
+    tests = [{"test": {**wide, "name": "wide"}}, {"test": {**hot, "name": "hot"}}]
+    for parts in (tests, tests[::-1]):
+        left = plan("plan", {"parts": parts, "envelope": RIG, "on_excess": "shorten"})
+        [name] = [test.name for test in left.tests]
+        assert name == "hot"
+        listed = {change.split(":")[0]: change for change in left.changes}
+        assert listed["wide"].startswith("wide: left out, cannot be shortened to fit: displacement 0.1 m, the limit is")
+        assert listed["hot"].startswith("hot: shortened, cycles 500 →")
+
+
+def test_what_has_no_length_is_left_out_and_what_cannot_be_scaled_too() -> None:
+    sine = {"name": "s", "kind": "sine", "sample_rate": 1000.0, "amplitude": 0.01, "frequency": 2.0, "cycles": 4}
+    wide = plan_from_config({"tests": [{**sine, "amplitude": 0.1, "name": "wide"}, sine]})
+    [test, fits] = wide.tests
+    bare = replace(test.excitation.held(), design={})
+    given = replace(wide, tests=(replace(test, excitation=bare), fits))
+    for how, says in (("shorten", "its design has none of cycles, periods, duration"), ("scale", "only samples")):
+        left = fit_plan(given, read_envelope(EXAMPLES / "rig_25kn.toml"), how)  # type: ignore[arg-type]
+        assert [one.name for one in left.tests] == ["s"]
+        [change] = left.changes
+        assert change.startswith("wide: left out, cannot be ")
+        assert says in change
+
+
+def test_heat_of_the_tests_before_counts() -> None:
+    hot = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.04, "frequency": 4.0, "current": 1.0, "cycles": 300}
+    parts = [{"test": {**hot, "name": "first"}}, {"test": {**hot, "name": "second", "dwell": 5.0}}]
+    with pytest.raises(EnvelopeError, match="'second' ends at"):
+        design("plan", {"parts": parts, "envelope": RIG})
+    dropped = plan("plan", {"parts": parts, "envelope": RIG, "on_excess": "drop"})
+    assert [test.name for test in dropped.tests] == ["first"]
+    assert dropped.changes[0].startswith("second: dropped: it ends at 110.3 °C")
+    shortened = plan("plan", {"parts": parts, "envelope": RIG, "on_excess": "shorten"})
+    assert [test.name for test in shortened.tests] == ["first", "second"]
+    assert "second: shortened, cycles 300 →" in shortened.changes[0]
 
 
 def test_scaled_tests_fit_and_are_listed_and_the_older_key_does_the_same() -> None:

@@ -22,6 +22,7 @@ from excitation.files import READABLE, WRITABLE, read_excitation, write_excitati
 from excitation.kinds import Kind
 from excitation.plan import Test
 from excitation.portable_math import uniform
+from excitation.record import read_channel
 from excitation.rig import Control, MotionLimits
 from excitation.rpc3 import Channel, TimeHistory, read_rpc3, write_rpc3
 from excitation.signal import Excitation
@@ -359,7 +360,7 @@ def test_a_last_frame_that_is_full_or_rests_at_zero_without_a_step_loses_no_moti
     assert np.abs(np.diff(read.displacement_m)).max() <= np.abs(np.diff(meant)).max() * 1.01
 
 
-@pytest.mark.parametrize("keyword", ["SAMPLES", "ACME.SAMPLES", "NUM_SAMPLES", "acme.Total_Samples"])
+@pytest.mark.parametrize("keyword", ["SAMPLES", "ACME.SAMPLES", "NUM_SAMPLES", "acme.Total_Samples", "SAMPLES.CHAN_1"])
 def test_the_samples_that_another_writer_states_are_all(keyword: str, tmp_path: Path) -> None:
     meant = rpc3_padded(tmp_path / "x.drv", 1000, "zero", {keyword: "1000"})
     np.testing.assert_allclose(read_excitation(tmp_path / "x.drv").displacement_m, meant, atol=1e-15)
@@ -380,6 +381,40 @@ def test_both_conventions_of_full_scale_are_told_apart_by_the_limits(
     read = read_excitation(tmp_path / "x.drv")
     np.testing.assert_allclose(read.displacement_m, factor * meant, rtol=1e-12, atol=1e-18)
     assert ("scaling" in read.figures) == (full_scale != 32768)
+
+
+@pytest.mark.parametrize("pad", ["zero", "held"])
+def test_padding_of_a_group_of_several_frames_is_not_played(pad: str, tmp_path: Path) -> None:
+    """1000 of 1280 samples: four frames are full of signal or padding, all five are stated."""
+    more = {"PTS_PER_GROUP": "1280", "FRAMES": "5"}
+    meant = rpc3_padded(tmp_path / "x.drv", 1000, pad, more)
+    fill = np.full(256, np.rint(meant[-1] / 6e-8) if pad == "held" else 0).astype("<i2")
+    with (tmp_path / "x.drv").open("ab") as file:
+        file.write(fill.tobytes())
+    np.testing.assert_allclose(read_excitation(tmp_path / "x.drv").displacement_m, meant, atol=1e-15)
+
+
+@pytest.mark.parametrize(("full_scale", "factor"), [(20000, 20000 / 32768), (2047, 2047 / 32768), (16384, 0.5)])
+def test_integers_beyond_the_full_scale_say_that_it_is_a_factor(full_scale: int, factor: float, tmp_path: Path) -> None:
+    meant = rpc3_padded(tmp_path / "x.drv", 1024, "zero", {"INT_FULL_SCALE": str(full_scale)})
+    np.testing.assert_allclose(read_excitation(tmp_path / "x.drv").displacement_m, factor * meant, atol=1e-15)
+
+
+def test_integers_of_a_converter_of_12_bits_are_its_counts(tmp_path: Path) -> None:
+    header = rpc3_padded(tmp_path / "x.drv", 1024, "zero", {"INT_FULL_SCALE": "2047"})
+    counts = np.rint(header / header.max() * 2047)
+    content = (tmp_path / "x.drv").read_bytes()[: 5 * 512] + counts.astype("<i2").tobytes()
+    (tmp_path / "x.drv").write_bytes(content)
+    read = read_excitation(tmp_path / "x.drv")
+    np.testing.assert_allclose(read.displacement_m, 6e-8 * counts, atol=1e-15)
+    assert "no integer is beyond INT_FULL_SCALE 2047" in str(read.figures["scaling"])
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("MM", 1.0), ("IN", 25.4), ("CM", 10.0)])
+def test_units_in_capitals_are_those_in_small_letters(unit: str, factor: float, tmp_path: Path) -> None:
+    meant = rpc3_padded(tmp_path / "x.drv", 1024, "zero", {"UNITS.CHAN_1": unit})
+    np.testing.assert_allclose(read_excitation(tmp_path / "x.drv").displacement_m, factor * meant, atol=1e-15)
+    assert read_channel(tmp_path / "x.drv", "channel 1", "m")[0] == pytest.approx(factor * meant)
 
 
 @pytest.mark.parametrize(("keyword", "value"), [("FORMAT", "ASCII"), ("FILE_TYPE", "HISTOGRAM")])
@@ -407,6 +442,36 @@ def test_samples_that_another_program_changed_are_those_that_are_read(tmp_path: 
     write_excitation(tmp_path / "x.drv", changed)
     read = read_excitation(tmp_path / "x.drv")
     np.testing.assert_allclose(read.displacement_m, changed.displacement_m, atol=1e-6)
+
+
+Channels = tuple[NDArray[np.float64], NDArray[np.float64] | None]
+
+
+def _as_excitation(path: Path) -> Channels:
+    read = read_excitation(path)
+    return read.displacement_m, read.current_a
+
+
+def _as_record(path: Path) -> Channels:
+    return read_channel(path, "displacement_command", "m")[0], None
+
+
+@pytest.mark.parametrize("current", [None, 0.123456])
+def test_a_csv_that_was_cut_off_anywhere_is_refused_or_whole(current: float | None, tmp_path: Path) -> None:
+    sine = {"kind": "sine", "sample_rate": 500.0, "amplitude": 0.01, "frequency": 7.3, "cycles": 4, "current": current}
+    whole = excitation_from_config({key: value for key, value in sine.items() if value is not None})
+    write_excitation(tmp_path / "x.csv", whole)
+    content = (tmp_path / "x.csv").read_bytes()
+    for size in range(len(content) - 120, len(content)):
+        (tmp_path / "x.csv").write_bytes(content[:size])
+        for read in (_as_excitation, _as_record):
+            try:
+                displacement, held = read(tmp_path / "x.csv")
+            except ExcitationError as refused:
+                assert "\n" not in str(refused)  # noqa: PT017 - what is whole is as good
+                continue
+            assert displacement.tobytes() == whole.displacement_m.tobytes()
+            assert held is None or held.tobytes() == whole.current_a.tobytes()  # type: ignore[union-attr]
 
 
 def test_a_csv_that_was_cut_off_is_refused(tmp_path: Path) -> None:

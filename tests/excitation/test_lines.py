@@ -40,6 +40,32 @@ def test_lines_spaced_by_their_logarithm_lie_on_the_grid_and_span_the_band(count
     assert wide.size < 3 or np.ptp(ratio) < 4.1 * (2 if odd else 1) / 60  # even, up to the move to a line
 
 
+def test_lines_spaced_by_their_logarithm_are_odd_ones_for_a_low_crest_factor_where_none_is_lost() -> None:
+    for low, high in ((10, 1000), (20, 2000), (3, 300), (1, 100)):
+        band = np.arange(low, high + 1)
+        plain, flat, odd = (
+            chosen_lines(band, LogLines(count=35, odd=odd), 4, 0, 1.0, flat=flat)
+            for odd, flat in ((None, False), (None, True), (True, True))
+        )
+        assert flat.size == plain.size
+        assert np.array_equal(flat, odd if odd.size == plain.size else plain)
+        assert np.abs(flat - plain)[[0, -1]].max() <= 1
+    assert np.array_equal(chosen_lines(np.arange(10, 1001), LogLines(count=35, odd=False), 4, 0, 1.0, flat=True),
+                          chosen_lines(np.arange(10, 1001), LogLines(count=35), 4, 0, 1.0))  # fmt: skip
+
+
+def test_35_log_spaced_lines_over_two_decades_have_a_crest_factor_below_2_1() -> None:
+    spacing = 500.0 / 2**13
+    motion = {"f_min": 10 * spacing, "f_max": 1000.2 * spacing, "lines": {"count": 35}, "spectrum": "flat",
+              "max_displacement": 0.02, "max_velocity": 50.0}  # fmt: skip
+    asked = {"kind": "multisine", "sample_rate": 500.0, "period_samples": 2**13, "displacement": motion}
+    made = excitation_from_config({**asked, "phases": "crest", "crest_of": "displacement"})  # type: ignore[dict-item]
+    x = made.displacement_m[-made.period_samples :]
+    power = np.abs(np.fft.rfft(x)) ** 2
+    assert np.sum(power > 1e-9 * power.max()) == 35
+    assert np.abs(x).max() / x.std() < 2.1
+
+
 def test_the_lines_that_are_given_are_those_that_carry_power() -> None:
     assert excited([0.25, 1.0, 2.5, 17.75]).tolist() == [0.25, 1.0, 2.5, 17.75]
     assert excited({"count": 5}).tolist() == [0.25, 0.75, 2.75, 9.0, 30.0]

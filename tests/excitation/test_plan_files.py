@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 
 from excitation.design import design, design_file
-from excitation.errors import DesignError, ExcitationError
+from excitation.errors import DesignError, ExcitationError, ExcitationFileError
 from excitation.files import read_plan, write_excitation, write_plan
 from excitation.kinds import Kind
 from excitation.plan import Test, TestPlan, plan_from_config
+from excitation.plan_files import read_plan_config
 from excitation.signal import Excitation
 from tests.excitation.generators import CONFIGS, replay_config
 
@@ -77,7 +78,7 @@ def test_phases_that_a_search_has_found_are_kept_once_and_not_sought_again(tmp_p
         (lambda group: group.attrs.__setitem__("samples", 7), "samples is 7: its design makes 1000"),
         (lambda group: group.attrs.__setitem__("design", '{"kind": "homogenised"}'), "sample_rate is missing"),
         (lambda group: _shorten(group.file), "its design has 40 lines"),
-        (lambda group: group.file.attrs.__setitem__("format_version", 3), "this release reads up to 2"),
+        (lambda group: group.file.attrs.__setitem__("format_version", 4), "this release reads up to 3"),
     ],
 )
 def test_a_plan_whose_designs_and_phases_do_not_agree_is_refused_in_one_line(
@@ -95,7 +96,7 @@ def _shorten(file: h5py.File) -> None:
     for group in file["phases"].values():
         kept = group["displacement"][:5]
         del group["displacement"]
-        group["displacement"] = kept
+        group.create_dataset("displacement", data=kept).attrs["unit"] = "turn"
 
 
 def test_samples_that_no_design_makes_stay_in_the_file(tmp_path: Path) -> None:
@@ -169,3 +170,72 @@ def test_a_plan_of_replays_keeps_no_samples_and_is_written_whole_where_it_is_sen
     read = read_plan(tmp_path / "whole.h5")
     assert [test.excitation.samples for test in read.tests] == [8000, 8000, 8000]
     assert (tmp_path / "small.h5").stat().st_size < 20_000 < (tmp_path / "whole.h5").stat().st_size
+
+
+@pytest.mark.parametrize("tests", [1, 4])
+def test_a_plan_in_csv_that_was_cut_off_anywhere_is_refused_or_whole(tests: int, tmp_path: Path) -> None:
+    warm_up = {**CONFIGS["sine"], "name": "warm"}
+    every = [{**CONFIGS[kind], "name": kind, "dwell": 12.5} for kind in list(CONFIGS)[4 : 4 + tests]]
+    plan = plan_from_config({"tests": every, "warm_up": warm_up})
+    path = tmp_path / "plan.csv"
+    write_plan(path, plan)
+    content = path.read_bytes()
+    whole = read_plan_config(path)
+    for size in range(len(content)):
+        path.write_bytes(content[:size])
+        try:
+            assert read_plan_config(path) == whole
+        except ExcitationError as refused:
+            assert "\n" not in str(refused)  # noqa: PT017 - what is whole is as good
+
+
+def test_rows_of_a_plan_may_be_changed_by_hand(tmp_path: Path) -> None:
+    path = tmp_path / "plan.csv"
+    write_plan(path, plan_from_config({"tests": [{**CONFIGS["sine"], "name": str(n)} for n in range(3)]}))
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(lines[:3]) + "\n")
+    with pytest.raises(ExcitationFileError, match=r"2 rows: line 2, rows is '3': .* correct or clear this cell"):
+        read_plan(path)
+    assert ",3," in lines[1]
+    path.write_text(
+        "\n".join([lines[0], lines[1].replace(",3,", ",,"), lines[2]])
+    )  # and without an end of the last line
+    assert len(read_plan(path).tests) == 2
+
+
+def foreign(samples: int) -> Excitation:
+    """A drive of another program: no design makes it."""
+    x = np.sin(np.arange(samples) / 50.0) / 100.0
+    return Excitation(kind=Kind.CUSTOM, sample_rate_hz=1000.0, period_samples=0, displacement_m=x)
+
+
+@pytest.mark.parametrize("ending", ["csv", "h5", "mat"])
+def test_a_file_without_a_design_is_named_by_its_path_and_its_samples_stay_in_it(ending: str, tmp_path: Path) -> None:
+    drive = foreign(40_000)
+    write_excitation(tmp_path / f"drive.{ending}", drive)
+    (tmp_path / "all.toml").write_text(f'[[parts]]\nfile = "drive.{ending}"\nrepeats = 30\n')
+    made = design_file("plan", tmp_path / "all.toml")
+    assert isinstance(made, TestPlan)
+    for kind in ENDINGS:
+        write_plan(tmp_path / f"plan.{kind}", made)
+        assert (tmp_path / f"plan.{kind}").stat().st_size < 100_000
+        read = read_plan(tmp_path / f"plan.{kind}").tests[29].excitation
+        assert read.sources is not None
+        assert read.displacement_m.tobytes() == drive.displacement_m.tobytes()
+    write_plan(tmp_path / "whole.h5", made, whole=True)
+    write_excitation(tmp_path / f"drive.{ending}", foreign(39_999))
+    whole = read_plan(tmp_path / "whole.h5").tests[29].excitation
+    assert whole.displacement_m.tobytes() == drive.displacement_m.tobytes()
+    with pytest.raises(DesignError, match="SHA-256 differs"):
+        read_plan(tmp_path / "plan.toml")
+
+
+def test_a_plan_of_more_than_5_mb_of_samples_is_refused_and_says_which_test_is_why(tmp_path: Path) -> None:
+    tests = tuple(Test(name=f"drive {n}", excitation=foreign(n)) for n in (300_000, 400_000))
+    with pytest.raises(ExcitationError, match=r"'drive 400000' keeps 3.2 MB .* plan 5.6 MB: at most 5 MB") as refused:
+        write_plan(tmp_path / "plan.h5", TestPlan(tests=tests))
+    assert "\n" not in str(refused.value)
+    assert not list(tmp_path.iterdir())
+    write_plan(tmp_path / "plan.h5", TestPlan(tests=tests), whole=True)
+    write_plan(tmp_path / "one.h5", TestPlan(tests=tests[:1]))
+    assert read_plan(tmp_path / "plan.h5").tests[1].excitation.samples == 400_000

@@ -11,6 +11,7 @@ import pytest
 from scipy.io import savemat
 
 from excitation.errors import DesignError
+from excitation.files import write_excitation
 from excitation.rpc3 import Channel, TimeHistory, write_rpc3
 from excitation.synthesis import excitation_from_config
 from tests.excitation.generators import write_record
@@ -68,6 +69,24 @@ def test_what_lies_above_the_filter_is_gone_and_the_current_is_held(records: dic
     assert spectrum[frequency > 4.5].max() < 2e-3 * spectrum.max()
     assert made.current_a is not None
     assert made.current_a[2500] == 0.25
+
+
+def test_the_current_of_a_mat_file_is_played_in_its_unit(tmp_path: Path) -> None:
+    made = write_record(tmp_path / "record.h5")
+    assert made.current_a is not None
+    write_excitation(tmp_path / "own.mat", made)
+    own = {"channel": "displacement_command", "current_channel": "current_command"}
+    played = excitation_from_config(config(tmp_path / "own.mat", **own))
+    assert played.current_a is not None
+    assert np.array_equal(played.current_a, made.current_a)
+    savemat(tmp_path / "other.mat", {"sample_rate": 1000.0, "x": made.displacement_m, "i": 1e3 * made.current_a})
+    other = {"channel": "x", "unit": "m", "current_channel": "i", "current_unit": "mA"}
+    again = excitation_from_config(config(tmp_path / "other.mat", **other))
+    assert again.current_a == pytest.approx(made.current_a)
+    with pytest.raises(DesignError, match="current_unit is 'V': it must be one of A, mA, amp"):
+        excitation_from_config(config(tmp_path / "other.mat", **{**other, "current_unit": "V"}))
+    with pytest.raises(DesignError, match="channel 'i' has unit ''"):
+        excitation_from_config(config(tmp_path / "other.mat", **{**other, "current_unit": ""}))
 
 
 def test_a_record_that_has_changed_makes_no_design_again(records: dict[str, Path]) -> None:

@@ -11,6 +11,7 @@ import pytest
 
 import damper_rig as dr
 from api.cli.main import main
+from excitation.errors import AnalysisError
 from identification.analysis import analyse_levels, analyse_runs, analysis_data, analysis_html, analysis_text
 from identification.errors import DataError
 from rigctl.runfile import Run, write_run
@@ -97,11 +98,11 @@ def test_the_json_holds_numbers_text_and_null_alone() -> None:
 
 
 def test_the_page_and_the_text_escape_what_a_file_says() -> None:
-    levels = analyse_levels([replace(multisine_run(), run_id="<script>x</script>")])
-    page = analysis_html(levels)
+    found = analyse_levels([replace(multisine_run(), run_id="<script>x</script>")])
+    page = analysis_html(found)
     assert "<script>x" not in page
     assert "https://" not in page.split("</script>")[-1]
-    assert "odd distortion" in analysis_text(levels[0].found)
+    assert "odd distortion" in analysis_text(found.levels[0].found)
 
 
 def test_the_command_and_the_notebook_say_the_same(tmp_path: Path, capsys: Said) -> None:
@@ -147,7 +148,7 @@ def _displacement(factor: float) -> dict[str, object]:
 
 def test_each_level_and_each_held_current_is_analysed_by_itself() -> None:
     runs = [_louder(0, 0.5), _held_at(0, 0.0), _held_at(1, 0.0), _held_at(0, 0.02), _held_at(0, 1.0), _louder(1, 0.5)]
-    levels = analyse_levels(runs)
+    levels = analyse_levels(runs).levels
     played = [{name for one in level.found.played for name in (one.name, *one.also)} for level in levels]
     assert played == [
         {"multisine 0", "multisine 1"},
@@ -172,7 +173,7 @@ def test_other_lines_and_other_rates_are_other_designs() -> None:
             multisine_run(1, changes={"displacement": lower}),
             replace(multisine_run(), sample_rate_hz=250),
         ]
-    )
+    ).levels
     assert len(levels) == 3
     assert len({one.found.band_hz for one in levels}) == 3
 
@@ -191,9 +192,36 @@ def _of_rms(run: Run, channel: str, rms: float) -> np.ndarray[tuple[int], np.dty
 
 def test_currents_of_three_sizes_of_which_the_outer_ones_are_far_apart_are_more_than_one_level() -> None:
     sizes = (0.2, 0.17, 0.24, 0.2, 0.17, 0.24)
-    levels = analyse_levels([_with_current(n, rms_a) for n, rms_a in enumerate(sizes)])
+    levels = analyse_levels([_with_current(n, rms_a) for n, rms_a in enumerate(sizes)]).levels
     assert sum(len(one.found.played) for one in levels) == 6
     assert len(levels) == 2
+
+
+def test_a_level_that_cannot_be_told_apart_is_named_with_its_reason_and_the_others_are_analysed(
+    tmp_path: Path, capsys: Said
+) -> None:
+    runs = [_with_current(0, 0.2), _held_at(0, 0.0)]
+    paths = [tmp_path / f"run{k}.h5" for k in range(2)]
+    for path, run in zip(paths, runs, strict=True):
+        write_run(path, run)
+    page = tmp_path / "page.html"
+    assert main(["analyse", *map(str, paths), "-o", str(page), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [one["level"]["current_mean"] for one in told["levels"]] == [0.0]
+    [refused] = told["refused"]
+    assert "drive the same lines and 1 realisation is given" in refused["reason"]
+    assert refused["runs"] == ["run0.h5"]
+    assert "1 realisation is given" in page.read_text()
+    mine = dr.analyse(dr.load(*paths))
+    assert [one.runs for one in mine.found.refused] == [("run0.h5",)]
+    assert "not analysed: " in repr(mine)
+    assert "1 realisation is given" in mine._repr_html_()
+    with pytest.raises(AnalysisError, match="drive the same lines"):
+        analyse_levels(runs[:1])
+    louder = replace(_with_current(1, 0.9), run_id="louder")
+    with pytest.raises(AnalysisError, match="none of 2 levels can be analysed; the first: multisine 0") as raised:
+        analyse_levels([runs[0], louder])
+    assert "\n" not in str(raised.value)
 
 
 def test_levels_are_told_drawn_and_saved_together(tmp_path: Path, capsys: Said) -> None:
