@@ -35,6 +35,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--kinds", nargs="+", choices=tuple(KINDS), default=tuple(KINDS))
     parser.add_argument("--stability", action="store_true", help="ask again with halves, other held-out runs, …")
     parser.add_argument("--once", action="store_true", help="do not ask again with the found model")
+    parser.add_argument("--beside", action="store_true", help="beside an effect outside of the catalogue in every case")
     parser.add_argument("--summary", action="store_true", help="only read FILE")
     parser.add_argument("--measured", type=Path, help="add known effects to the runs in this folder instead")
     parser.add_argument("--write", type=Path, help="write the cases as files into folders here, and judge nothing")
@@ -64,7 +65,7 @@ def _run(kinds: tuple[str, ...], seeds: range, kept: Path, arguments: argparse.N
         kept.write_bytes(gzip.decompress(arguments.out.read_bytes()))
     done = {o["seed"] for o in read(kept)}
     variants = VARIANTS if arguments.stability else ()
-    asked = partial(judge, kinds=kinds, again=not arguments.once, variants=variants)
+    asked = partial(judge, kinds=kinds, again=not arguments.once, variants=variants, beside=arguments.beside)
     if arguments.measured is not None:
         asked = partial(judge_injection, folder=str(arguments.measured), again=not arguments.once)
     with closing(executor_for_cases(arguments.jobs)) as executor:

@@ -95,11 +95,14 @@ class Bench:
     luck: tuple[Luck, ...]
 
 
-def case(seed: int, kinds: Sequence[str] = tuple(KINDS)) -> Case:
-    """The case of a seed among some kinds of machine; the same arguments give the same case."""
+def case(seed: int, kinds: Sequence[str] = tuple(KINDS), beside: bool = False) -> Case:
+    """The case of a seed among some kinds of machine; the same arguments give the same case.
+
+    With `beside`, every case has an effect outside of the catalogue and one or two others: what else is missing.
+    """
     rng = np.random.default_rng([22, seed])
     kind = kinds[seed % len(kinds)]
-    count = COUNTS[(7 * (seed // len(kinds)) + 3 * (seed % len(kinds))) % len(COUNTS)]
+    count = -2 if beside else COUNTS[(7 * (seed // len(kinds)) + 3 * (seed % len(kinds))) % len(COUNTS)]
     made: Case | None = None
     for _ in range(ATTEMPTS):
         machine = _drawn_machine(rng, kind, null=count == 0)
@@ -121,12 +124,15 @@ def _drawn_machine(rng: Rng, kind: str, *, null: bool) -> Machine:
 
 
 def _chosen(rng: Rng, machine: Machine, count: int) -> list[Effect]:
-    """The effects of a case, none that excludes another; first what the base always lacks."""
+    """The effects of a case, none that excludes another; first what the base always lacks.
+
+    A count of −1 − n is one outside of the catalogue, and n or n + 1 more.
+    """
     chosen: list[Effect] = list(machine.always)
     if count < 0:
         often = np.array([e.weight for e in machine.outside])
         chosen.append(machine.outside[int(rng.choice(often.size, p=often / np.sum(often)))])
-        count = len(chosen) + int(rng.integers(2))
+        count = len(chosen) - 1 - count + int(rng.integers(2))
     weights = np.array([e.weight for e in machine.effects])
     for k in rng.choice(weights.size, weights.size, replace=False, p=weights / np.sum(weights)):
         effect = machine.effects[int(k)]

@@ -23,10 +23,16 @@ from identification.physical.modelfile import model_from_json, model_to_json
 Outcome = dict[str, Any]  # Any: a line of JSON
 
 
-def judge(seed: int, kinds: Sequence[str] = tuple(KINDS), again: bool = True, variants: Sequence[str] = ()) -> Outcome:
+def judge(
+    seed: int,
+    kinds: Sequence[str] = tuple(KINDS),
+    again: bool = True,
+    variants: Sequence[str] = (),
+    beside: bool = False,
+) -> Outcome:
     """Draw the case of a seed, explain it, and say what was hidden beside what was said."""
     begun = time.perf_counter()
-    made = case(seed, kinds)
+    made = case(seed, kinds, beside)
     drawn = time.perf_counter() - begun
     question = question_of(made)
     outcome, found = asked(question)

@@ -215,7 +215,7 @@ def _late_current(s: Setting) -> list[Columns]:
     i = s.seen.i
     return [
         _one(_by_current(s) * (np.concatenate([np.full(n, i[0]), i[:-n]]) - i))
-        for n in sorted({max(1, round(q / s.dt)) for q in (0.003, 0.006, 0.012, 0.025, 0.05)})
+        for n in (max(1, round(q / s.dt)) for q in (0.003, 0.006, 0.012, 0.025, 0.05))
     ]
 
 

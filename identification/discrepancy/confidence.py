@@ -32,10 +32,10 @@ def _beyond(amplitude: float, width: float) -> float:
 
 
 DOUBTS: Mapping[str, Callable[[Features], float]] = {
-    "scatter": lambda f: _beyond(f.spread, FORM.tolerance),
+    # The standard error of the common strength, by its scatter; half the tolerance is that of four runs within it.
+    "scatter": lambda f: _beyond(f.spread / max(f.runs, 1) ** 0.5, 0.5 * FORM.tolerance),
     "few_runs": lambda f: 1.0 / max(f.runs, 1),
-    "left_beside": lambda f: f.left_beside**0.5,  # the root of an energy is an amplitude
-    "left_held_out": lambda f: min(f.left_held_out, _NO_HELP) ** 0.5,
+    "left_held_out": lambda f: min(f.left_held_out, _NO_HELP) ** 0.5,  # the root of an energy is an amplitude
     "rivalry": lambda f: (
         1.0 / (2.0 + f.margin)
     ),  # a margin is -1 at least: 1 for the closest rival, 1/2 for an even one
@@ -44,8 +44,8 @@ DOUBTS: Mapping[str, Callable[[Features], float]] = {
 }
 """What speaks against a name, each ≥ 0 and larger the more it does.
 
-What all names together leave is none of them: it decides the verdict and not a name. Nor is how far the base's own
-curves moved to make room: a viscous base of a digressive damper has to move far.
+What stays on the fitted runs is none of them: what else is missing decides the verdict and not a name. Nor is how far
+the base's own curves moved to make room: a viscous base of a digressive damper has to move far.
 """
 
 

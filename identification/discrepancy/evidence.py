@@ -97,7 +97,6 @@ def main_doubt(evidence: Evidence) -> str:
         "scatter": f"its strength is {min(seen, default=0.0):.2f} to {max(seen, default=0.0):.2f} times the common one "
         f"from run to run, a scatter of {features.spread:.0%} beyond noise",
         "few_runs": f"{features.runs} {'run shows' if features.runs == 1 else 'runs show'} it",
-        "left_beside": f"{features.left_beside:.0%} of the gap without it stays with it",
         "left_held_out": f"{features.left_held_out:.0%} of the gap without it stays with it on the held-out runs",
         "rivalry": f"{_closest(evidence.rivals)} is only {max(features.margin, 0.0):.1f} tolerances of form behind",
         "imitated": f"a refit of the base imitates {1.0 - features.own_share**2:.0%} of it",

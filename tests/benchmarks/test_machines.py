@@ -14,7 +14,7 @@ import pytest
 
 from benchmarks.machines import KINDS, Case, case, write_case
 from benchmarks.machines.__main__ import main
-from benchmarks.machines.bases import BaseElement, model_file
+from benchmarks.machines.bases import BaseElement, Seen, model_file
 from benchmarks.machines.case import LEAST_NOISE
 from benchmarks.machines.effect import Scale
 from benchmarks.machines.figures import exact, group, right_names, summary, wrong_names
@@ -25,6 +25,7 @@ from benchmarks.machines.measured import MeasuredSet, measured_sets, noise_of
 from benchmarks.machines.motions import moved_by, plans_of, rate_for, steps_for
 from benchmarks.machines.recording import CHAIN_NAMES, Chain, Luck, sensed
 from benchmarks.machines.simulation import Motion, force_of, motion_under
+from benchmarks.machines.textbook import ADDED, Setting
 from benchmarks.machines.variants import VARIANTS, variant
 from identification.physical.elements import CATALOGUE
 from identification.physical.modelfile import model_from_json
@@ -125,8 +126,8 @@ def test_every_name_that_may_be_right_is_one_of_the_catalogue() -> None:
         for effect in machine.effects:
             assert effect.names, effect.title
             assert {n for names in effect.names for n in names} <= set(CATALOGUE), effect.title
-        assert machine.outside
-        assert not any(effect.names for effect in machine.outside)
+        assert [e.title for e in machine.outside if e.names] in ([], ["low-pass in the displacement channel"])
+        assert any(not e.names for e in machine.outside)
 
 
 def test_gas_friction_and_asymmetry_have_the_sizes_that_are_stated() -> None:
@@ -307,3 +308,22 @@ def test_without_measured_runs_the_benchmark_says_so_in_a_line(
     said = capsys.readouterr().out
     assert said.count("\n") == 1
     assert "missing" in said
+
+
+@pytest.mark.parametrize("seed", [20003, 20004])
+def test_beside_what_no_element_describes_there_are_one_or_two_effects_that_some_do(seed: int) -> None:
+    made = case(seed, beside=True)
+    known = [h for h in made.hidden if h.in_catalogue]
+    assert len(made.hidden) > len(known) >= 1
+    assert len(made.hidden) <= 3
+
+
+def test_a_set_of_runs_of_two_rates_can_be_judged() -> None:
+    """A late current is tried by as many delays in every run, whatever its rate."""
+    counts = set()
+    for rate in (200.0, 1000.0):
+        t = np.arange(round(2.0 * rate)) / rate
+        seen = Seen(x=np.sin(t), v=np.cos(t), a=-np.sin(t), i=np.sin(3.0 * t), warm=t, t=t, moving=t > -1.0, force=t)
+        setting = Setting(seen=seen, force=t, base=(), stroke_m=1.0, speed_m_s=1.0, current_a=1.0)
+        counts.add(len(ADDED["control_delay"](setting)))
+    assert len(counts) == 1

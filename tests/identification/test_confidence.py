@@ -39,7 +39,7 @@ def test_confidence_is_a_probability(f: Features, table: Table) -> None:
 
 
 @given(FEATURES, TABLES, AMOUNTS)
-@pytest.mark.parametrize("name", ["spread", "left_beside", "left_held_out"])
+@pytest.mark.parametrize("name", ["spread", "left_held_out"])
 def test_more_scatter_and_less_gain_never_raise_it(name: str, f: Features, table: Table, more: float) -> None:
     assert confidence(replace(f, **{name: getattr(f, name) + more}), table) <= confidence(f, table)
 
@@ -68,12 +68,27 @@ def test_nothing_is_more_certain_than_what_has_no_rival(f: Features, table: Tabl
 @pytest.mark.parametrize(
     "worse",
     [
-        {"spread": 0.3}, {"runs": 1}, {"left_beside": 0.5}, {"margin": 0.0},
+        {"spread": 0.3}, {"runs": 1}, {"left_held_out": 0.5}, {"margin": 0.0},
         {"own_share": 0.1}, {"beside_curve": True},
     ],
 )  # fmt: skip
 def test_every_doubt_counts(worse: dict[str, float]) -> None:
     assert confidence(replace(SURE, **worse), EVERY_DOUBT) < confidence(SURE, EVERY_DOUBT)
+
+
+@given(FEATURES, TABLES, SHARES)
+def test_what_else_is_missing_on_the_fitted_runs_says_nothing_of_a_name(
+    f: Features, table: Table, other: float
+) -> None:
+    assert confidence(replace(f, left_beside=other), table) == confidence(f, table)
+
+
+def test_the_same_scatter_is_less_of_a_doubt_the_more_runs_show_it() -> None:
+    scattered = replace(SURE, spread=0.16, runs=4)
+    assert doubts(replace(scattered, runs=16))["scatter"] < doubts(scattered)["scatter"]
+    assert doubts(replace(scattered, runs=16))["scatter"] == pytest.approx(
+        doubts(replace(scattered, spread=0.08))["scatter"]
+    )
 
 
 def test_one_run_gives_no_more_confidence_than_the_table_says() -> None:

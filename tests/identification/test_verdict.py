@@ -73,12 +73,12 @@ def test_a_name_that_is_not_stated_comes_with_its_largest_doubt() -> None:
     found, _, [mass] = drop_doubtful(found_with("linear_stiffness", "moving_mass", records=records), records, [])
     steady = replace(
         mass,
-        features=replace(mass.features, spread=0.0, left_beside=0.9, left_held_out=0.1, margin=50.0, own_share=1.0),
+        features=replace(mass.features, spread=0.0, left_held_out=0.9, margin=50.0, own_share=1.0),
     )
-    assert main_doubt(steady) == "90% of the gap without it stays with it"
+    assert main_doubt(steady) == "90% of the gap without it stays with it on the held-out runs"
     uneven = replace(
         steady,
-        features=replace(steady.features, left_beside=0.1, spread=3.0),
+        features=replace(steady.features, left_held_out=0.1, spread=3.0),
         strengths=(0.5, 2.0),
         precision=(1.0, 1.0),
     )
