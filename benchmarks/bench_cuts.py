@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -30,6 +30,7 @@ Floats = NDArray[np.float64]
 RATE_HZ, MOST, MOST_LEARNED = 200.0, 3500, 2000
 _LEAST = FOLDS * SHORTEST  # learned samples
 _ALIKE = 0.1  # of the usual travel: cycles of another are those of a machine that starts or stops
+_SAME_MOTION = 98.0  # %, of the displacement: where its cycles differ, those of the force must
 _PHASES, _FEWEST = 200, 3  # points of a cycle, cycles
 
 
@@ -86,25 +87,24 @@ def at_most(run: Run) -> Record:
 
 
 def repeats(x: Floats, force: Floats) -> float:
-    """The fit of the mean cycle to every cycle, %: what noise and all that changes between cycles take; NaN below three.
+    """The fit of the mean cycle of the force to every cycle, %; NaN below three cycles, or where the motion differs.
 
-    A cycle begins where the displacement passes its middle upwards; those of another travel than most are left out. What
-    changes in the motion itself counts as well, so that a model can do better where the cycles are not alike.
+    A cycle begins where the displacement passes its middle upwards; those of another travel than most are left out.
     """
     middle = 0.5 * (np.max(x) + np.min(x))
     up = np.flatnonzero((x[:-1] < middle) & (x[1:] >= middle))
-    begins = up + (middle - x[up]) / (x[up + 1] - x[up])
-    grid = np.linspace(0.0, 1.0, _PHASES, endpoint=False)
-    ends = list(pairwise(begins))
+    ends = list(pairwise(up + (middle - x[up]) / (x[up + 1] - x[up])))
     travels = np.array([np.ptp(x[int(first) : int(last) + 1]) for first, last in ends])
-    cycles = [
-        np.interp(first + grid * (last - first), np.arange(x.size), force)
-        for (first, last), travel in zip(ends, travels, strict=True)
-        if abs(travel / np.median(travels) - 1.0) <= _ALIKE
-    ]
-    if len(cycles) < _FEWEST:
+    alike = [one for one, t in zip(ends, travels, strict=True) if abs(t / np.median(travels) - 1.0) <= _ALIKE]
+    if len(alike) < _FEWEST or _repeats(x, alike) < _SAME_MOTION:
         return float("nan")
-    apart = np.array(cycles) - np.mean(cycles, axis=0)
+    return _repeats(force, alike)
+
+
+def _repeats(series: Floats, ends: Sequence[tuple[float, float]]) -> float:
+    grid = np.linspace(0.0, 1.0, _PHASES, endpoint=False)
+    cycles = np.array([np.interp(a + grid * (b - a), np.arange(series.size), series) for a, b in ends])
+    apart = cycles - cycles.mean(axis=0)
     spread = float(np.sqrt(np.sum(apart**2) / (len(cycles) - 1) / _PHASES))
     return 100.0 * (1.0 - spread / float(np.std(cycles)))
 
