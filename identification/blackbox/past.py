@@ -44,7 +44,7 @@ def with_past(motion: Motion, signal: str, series: Floats, before: Floats) -> Fl
 def velocity_before(motion: Motion, ahead: int) -> Floats:
     """The velocity of the `ahead` samples before a motion, m/s."""
     if motion.period:
-        return motion.v[np.arange(-ahead, 0) % motion.period]
+        return np.asarray(motion.v[np.arange(-ahead, 0) % motion.period])
     v = _finite(motion.v)
     size = max(1, int(_cycle(v) / _A_CYCLE))
     return predicted_backwards(v[: _SEEN * size], ahead, size)
@@ -65,7 +65,7 @@ def predicted_backwards(series: Floats, count: int, size: int = 1) -> Floats:
         whole[k] = ahead @ whole[k - order : k]
     ago = np.concatenate([[0.0], size * (np.arange(further) + 0.5) + 0.5])  # samples before the first one
     values = np.concatenate([[series[0] - mean], whole[order:]])
-    return mean + np.interp(np.arange(count, 0, -1), ago, values)
+    return np.asarray(mean + np.interp(np.arange(count, 0, -1), ago, values))
 
 
 def burg(series: Floats, order: int) -> Floats:

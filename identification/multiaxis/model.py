@@ -21,7 +21,7 @@ from identification.errors import DataError, ModelError, SimulationError
 from identification.models.inputs import motion_from
 from identification.models.motion import held
 from identification.models.simulation import name_of
-from identification.multiaxis.axes import MOTIONS, check_axes
+from identification.multiaxis.axes import MOTIONS, check_axes, check_moved
 from identification.multiaxis.choice import chosen, correlations
 from rigctl.runfile import Run
 
@@ -142,6 +142,7 @@ def identify_axes(
     Raises DataError, one line, where the runs' channels or rates differ, a load or an axis of it is constant, or the
     samples are too few.
     """
+    check_moved(runs)
     motions, loads = check_axes(runs)
     rate, found = runs[0].sample_rate_hz, correlations(runs)
     wanted = {load: tuple(one) for load, one in (axes or chosen(found)).items()}
