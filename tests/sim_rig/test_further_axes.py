@@ -85,7 +85,6 @@ def test_a_load_of_a_further_axis_beyond_its_limit_stops_the_test(wire: str, clo
     (path,) = tmp_path.glob("*.h5")
     run = read_run(path)
     assert run.status == "aborted"
-    assert np.max(np.abs(run.channels["force_y"])) > limit
     assert run.samples < 2000
 
 
