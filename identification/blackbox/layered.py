@@ -107,7 +107,7 @@ class LayeredNarx:
         from identification.blackbox.layered_loop import simulate  # compiled where it is used
 
         check_rate(self.name, self.dt, course.motion.dt)
-        samples, scale = samples_of([course], self.structure, self.scales), self.scales[FORCE]
+        samples, scale = samples_of([course.whole()], self.structure, self.scales), self.scales[FORCE]
         samples.force[: self.structure.longest] = before
         widest = max(len(self.structure.regressors), *self.layers.nodes)
         scaled = np.empty(samples.force.size)

@@ -158,7 +158,7 @@ class BlackBox:
     def _along(self, member: Member, course: Course, before: float = 0.0) -> Floats:
         """Force of one member, N; `before` is the scaled force from which the lead of the run begins."""
         structure = member.structure
-        samples = samples_of([course], structure, self.scales)
+        samples = samples_of([course.whole()], structure, self.scales)
         samples.force[: structure.longest] = before
         with np.errstate(all="raise"):
             scaled = network(structure, self.scales).simulate(member.weights, samples)

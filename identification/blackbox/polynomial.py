@@ -157,7 +157,7 @@ class PolynomialNarx:
     def along(self, course: Course, before: float = 0.0) -> Floats:
         """The same along a course, of which the force is not used, from a scaled force `before` its lead."""
         check_rate(self.name, self.dt, course.motion.dt)
-        samples = samples_of([course], self.structure, self.scales)
+        samples = samples_of([course.whole()], self.structure, self.scales)
         samples.force[: self.structure.longest] = before
         scaled = simulated(self.structure, self.terms, self.coefficients, samples, self.scales[FORCE].edges)
         force = self.scales[FORCE]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,10 @@ class Course:
     force: Floats
     counted: Mask
     model: Floats | None = None
+
+    def whole(self) -> Course:
+        """The same course, of which every sample counts."""
+        return replace(self, counted=np.ones(self.force.size, dtype=np.bool_))
 
     def series(self, signal: str) -> Floats:
         """A signal, (N,), SI."""
@@ -70,7 +74,10 @@ class Samples:
 
 
 def samples_of(courses: Sequence[Course], structure: Structure, scales: Scales) -> Samples:
-    """The rows of some runs for a network: its longest delay and `LEAD` samples come before every run."""
+    """The rows of some runs for a network: its longest delay and `LEAD` samples come before every run.
+
+    Of a run whose first samples do not count those are part of the lead.
+    """
     parts = [_rows(course, structure, scales) for course in courses]
     starts = np.cumsum([0, *(force.size for _, force, _ in parts[:-1])])
     begin = [np.full(force.size, start + structure.longest) for (_, force, _), start in zip(parts, starts, strict=True)]
@@ -84,7 +91,7 @@ def samples_of(courses: Sequence[Course], structure: Structure, scales: Scales) 
 
 def _rows(course: Course, structure: Structure, scales: Scales) -> tuple[Floats, Floats, Mask]:
     """Inputs, force and what counts of one run, with what comes before it."""
-    motion, ahead = course.motion, structure.longest + LEAD
+    motion, ahead = course.motion, structure.longest + max(LEAD - int(np.argmax(course.counted)), 0)
     before = velocity_before(motion, ahead)
     signals = {name: with_past(motion, name, course.series(name), before) for name in structure.signals}
     size = course.force.size + ahead
