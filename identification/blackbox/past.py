@@ -27,6 +27,8 @@ def with_past(motion: Motion, signal: str, series: Floats, before: Floats) -> Fl
     reversal has that reversal in its past, which a force with memory knows.
     """
     ahead = before.size
+    if not ahead:
+        return series
     if motion.period:
         return np.concatenate([series[np.arange(-ahead, 0) % motion.period], series])
     if signal not in ("displacement", "velocity", "acceleration"):

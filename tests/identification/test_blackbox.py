@@ -18,10 +18,12 @@ from identification.blackbox import BlackBox, Identified, Structure, identify, r
 from identification.blackbox.modelfile import blackbox_to_json
 from identification.blackbox.network import network
 from identification.blackbox.past import burg, predicted_backwards
-from identification.blackbox.samples import Samples, course_along
+from identification.blackbox.preparation import course_of
+from identification.blackbox.samples import LEAD, Samples, course_along, samples_of
 from identification.blackbox.scaling import MARGIN, Scale
 from identification.blackbox.structure import Regressor
 from identification.blackbox.tangent import tanh
+from identification.blackbox.training import scales_of
 from identification.errors import DataError, ModelError, ModelFileError, SimulationError
 from identification.models import Motion, compare, load_model, model_from_json, motion_of, simulate_run
 from rigctl.runfile import Run
@@ -153,6 +155,21 @@ def test_a_run_that_begins_just_after_a_reversal_is_right_from_its_first_sample(
     late = replace(shown, channels={name: one[first + 1 :] for name, one in shown.channels.items()})
     force, measured = simulate_run(model(), late), late.channels["force"]
     assert np.max(np.abs(force[:10] - measured[:10])) < 0.25 * np.std(measured)
+
+
+@pytest.mark.parametrize("names", ["x0 v0 a0", "F1 v0 P0", "x0 v3"])
+@pytest.mark.parametrize("uncounted", [0, 50, LEAD, 300])
+def test_samples_that_do_not_count_are_part_of_the_lead_and_change_nothing_after_it(names: str, uncounted: int) -> None:
+    course = course_of(runs()[0], ())
+    course = replace(course, counted=np.arange(course.force.size) >= uncounted)
+    structure = Structure(regressors(names), 4)
+    scales = scales_of([course], ["displacement", "velocity", "acceleration"])
+    rows = samples_of([course], structure, scales)
+    assert rows.force.size == course.force.size + structure.longest + max(LEAD - uncounted, 0)
+    whole = samples_of([course.whole()], structure, scales)
+    late = slice(-(course.force.size - max(uncounted, structure.longest)), None)
+    assert np.allclose(rows.inputs[late], whole.inputs[late], atol=0.05)  # a stop operator began elsewhere
+    assert rows.counted.sum() == course.counted.sum()
 
 
 @given(seed=st.integers(0, 999), ahead=st.integers(1, 60))
