@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 # 40 in a cycle: 1.8 and 7.1; 20 in a cycle: 2.5 and 6.8; 32 of 40 in a cycle: 2.3 and 9.7. On sines all are the same.
 _ORDER = 100
 _A_CYCLE = 40.0
+# A tenth of a cycle within 5 % of the rms velocity is rest: a tenth of a cycle from its turn on a sine has 80 % of it.
+_BEGINS, _AT_REST = 0.1, 0.05
 _SEEN = 2000  # means from which the prediction is learned
 _FASTEST = 1e3  # m/s: what is faster is no motion of a damper, and its square could overflow
 
@@ -44,30 +46,33 @@ def with_past(motion: Motion, signal: str, series: Floats, before: Floats) -> Fl
 
 
 def velocity_before(motion: Motion, ahead: int) -> Floats:
-    """The velocity of the `ahead` samples before a motion, m/s."""
+    """The velocity of the `ahead` samples before a motion, m/s; a motion that begins at rest was at rest."""
     if motion.period:
         return np.asarray(motion.v[np.arange(-ahead, 0) % motion.period])
     v = _finite(motion.v)
-    size = max(1, int(_cycle(v) / _A_CYCLE))
+    cycle = _cycle(v)
+    if np.max(np.abs(v[: max(1, int(_BEGINS * cycle))])) < _AT_REST * np.std(v):
+        return np.zeros(ahead)
+    size = max(1, int(cycle / _A_CYCLE))
     return predicted_backwards(v[: _SEEN * size], ahead, size)
 
 
 def predicted_backwards(series: Floats, count: int, size: int = 1) -> Floats:
     """The `count` samples before a series (N,), as the linear prediction of its means over `size` samples, (count,).
 
-    The coefficients are Burg's (1975): the prediction never grows. Between the centres of the means it is a line.
+    The coefficients are Burg's (1975): the prediction never grows, and far back it is 0, as a damper goes nowhere on
+    average. Between the centres of the means it is a line.
     """
     size = min(size, max(1, series.size // 4))
-    mean = float(np.mean(series))
-    means = (series[: series.size // size * size] - mean).reshape(-1, size).mean(axis=1)
+    means = series[: series.size // size * size].reshape(-1, size).mean(axis=1)
     order, further = min(_ORDER, means.size // 4), -(-count // size) + 1
     whole = np.concatenate([means[:order][::-1], np.zeros(further)])
     ahead = burg(means, order)[::-1]
     for k in range(order, whole.size):
         whole[k] = ahead @ whole[k - order : k]
     ago = np.concatenate([[0.0], size * (np.arange(further) + 0.5) + 0.5])  # samples before the first one
-    values = np.concatenate([[series[0] - mean], whole[order:]])
-    return np.asarray(mean + np.interp(np.arange(count, 0, -1), ago, values))
+    values = np.concatenate([series[:1], whole[order:]])
+    return np.asarray(np.interp(np.arange(count, 0, -1), ago, values))
 
 
 def burg(series: Floats, order: int) -> Floats:

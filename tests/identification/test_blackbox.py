@@ -14,10 +14,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.blackbox import BlackBox, Identified, Structure, identify, regressors, write_identified
+from identification.blackbox import BlackBox, Identified, Member, Structure, identify, regressors, write_identified
 from identification.blackbox.modelfile import blackbox_to_json
 from identification.blackbox.network import network
-from identification.blackbox.past import burg, predicted_backwards
+from identification.blackbox.past import burg, predicted_backwards, velocity_before
 from identification.blackbox.preparation import course_of
 from identification.blackbox.samples import LEAD, Samples, course_along, samples_of
 from identification.blackbox.scaling import MARGIN, Scale
@@ -155,6 +155,17 @@ def test_a_run_that_begins_just_after_a_reversal_is_right_from_its_first_sample(
     late = replace(shown, channels={name: one[first + 1 :] for name, one in shown.channels.items()})
     force, measured = simulate_run(model(), late), late.channels["force"]
     assert np.max(np.abs(force[:10] - measured[:10])) < 0.25 * np.std(measured)
+
+
+def test_a_motion_that_begins_at_rest_was_at_rest_and_one_that_begins_at_its_turn_was_not() -> None:
+    motion = motion_of(runs()[1])
+    rest, cycle = np.zeros(40), np.arange(800) / RATE_HZ
+    late = with_series(motion.head(840), "v", np.concatenate([rest, np.sin(2.0 * np.pi * cycle)]))
+    assert not np.any(velocity_before(late, LEAD))
+    turned = with_series(motion.head(800), "v", np.sin(2.0 * np.pi * cycle))
+    assert np.allclose(
+        velocity_before(turned, LEAD), np.sin(-2.0 * np.pi * np.arange(LEAD, 0, -1) / RATE_HZ), atol=0.05
+    )
 
 
 @pytest.mark.parametrize("names", ["x0 v0 a0", "F1 v0 P0", "x0 v3"])
@@ -346,6 +357,19 @@ def test_a_committee_forgets_its_start_or_says_that_it_does_not() -> None:
     data = model()
     never = replace(data, members=(type(data.members[0])(one, held),))
     assert never.memory(course_along(motion_of(runs()[1]))) == math.inf
+
+
+def test_a_memory_that_is_shorter_than_the_lead_is_told_too() -> None:
+    course = course_along(motion_of(runs()[1]))
+    slow = Structure(regressors("F1 v0"), 0)
+    scales = model().scales
+    for gain in (0.5, 0.9, 0.98):
+        one = BlackBox(
+            name="", kind="arx", dt=1.0 / RATE_HZ, scales=scales, members=(Member(slow, np.array([gain, 1e-3, 0.0])),)
+        )
+        low, high = scales["force"].edges
+        samples = math.log(0.01 / (high - low)) / math.log(gain)  # until gain^n·(high − low) is a hundredth
+        assert one.memory(course) * RATE_HZ == pytest.approx(samples, abs=2.0)
 
 
 def test_a_structure_that_is_none_is_refused() -> None:
