@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from identification.blackbox.given import Base
 from identification.blackbox.layers import Layers, Predictor, Rows, first_layer_weights, span_of
 from identification.blackbox.levenberg import train
 from identification.blackbox.scaling import Scale, scale_of, seen
+from identification.compute import run
 from identification.errors import DataError, ModelError, SimulationError
 from identification.models.inputs import motion_from
 from identification.models.motion import held
@@ -153,7 +155,10 @@ def identify_axes(
             scales[speed_of(axis)] = _scale(axis, [np.gradient(one.channels[axis]) * rate for one in runs])
     if base is not None:
         scales[BASE] = _scale(BASE, [_force_of(base, one.channels[MOTIONS[0]], rate) for one in runs])
-    models = {load: _learned(load, wanted[load], runs, scales, base) for load in loads}
+    # As tasks: on every processor, with one thread of linear algebra each. Products of such narrow matrices on many
+    # threads take several times as long, and far more where others work on the machine.
+    learn = partial(_learned, runs=runs, scales=scales, base=base)
+    models = dict(zip(loads, run(learn, [(load, wanted[load]) for load in loads]), strict=True))
     return MultiAxis(name=name, rate_hz=rate, scales=scales, loads=models, correlations=found, base=base)
 
 
@@ -199,8 +204,9 @@ def regressors(
 
 
 def _learned(
-    load: str, axes: Sequence[str], runs: Sequence[Run], scales: Mapping[str, Scale], base: Base | None
+    task: tuple[str, Sequence[str]], runs: Sequence[Run], scales: Mapping[str, Scale], base: Base | None
 ) -> Load:
+    load, axes = task
     measured = np.concatenate([one.channels[load] for one in runs])
     scale = _scale(load, [measured])
     phi = np.concatenate([regressors(one.channels, one.sample_rate_hz, axes, scales, base) for one in runs])
