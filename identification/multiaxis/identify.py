@@ -9,6 +9,7 @@ import numpy as np
 
 from identification.blackbox.given import Base
 from identification.blackbox.preparation import at_one_rate
+from identification.compute.blas import one_blas_thread
 from identification.errors import DataError
 from identification.models.simulation import name_of
 from identification.multiaxis.axes import axes_moved, check_axes, check_moved, held_in, largest_of, moves
@@ -41,6 +42,7 @@ class IdentifiedAxes:
     untried: Mapping[str, tuple[str, ...]]
 
 
+@one_blas_thread()
 def identify_multiaxis(
     runs: Sequence[Run],
     *,

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from identification.errors import DataError, SimulationError
 from identification.multiaxis import (
@@ -148,6 +149,18 @@ def test_an_axis_that_is_held_with_noise_is_constant_and_is_named() -> None:
     assert f"{held} is held in all runs, but for noise of" in said
     assert f"all six moves {held}, which no run of the training moves" in said
     assert axes_data(result)["held_but_moved"] == {"all six": [held]}
+
+
+def test_an_identification_works_with_one_thread_of_linear_algebra() -> None:
+    seen: list[int] = []
+
+    def told(done: float, text: str) -> None:
+        seen.extend(one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas")
+
+    light = [with_noise(one, (), 0.0, 1) for one in singles()[:2]]
+    with threadpool_limits(2, user_api="blas"):
+        identify_multiaxis(light, tell=told)
+    assert set(seen) == {1}
 
 
 def test_noise_and_steps_of_a_recorder_are_no_motion_and_a_fast_small_motion_is_one() -> None:
