@@ -244,6 +244,12 @@ def changed(**more: Any) -> dict[str, Any]:
     return data | more
 
 
+def scaled(**more: Any) -> dict[str, Any]:
+    data = changed()
+    data["signals"]["velocity"] |= more
+    return data
+
+
 def member(**more: Any) -> dict[str, Any]:
     data = changed()
     data["members"][0] |= more
@@ -257,6 +263,9 @@ def member(**more: Any) -> dict[str, Any]:
         (lambda: changed(sample_rate=0), r"sample_rate is 0 Hz: it must be above 0"),
         (lambda: changed(signals={}), r"signals\.force is missing: a member sees it|signals\.\w+ is missing"),
         (lambda: changed(signals={"pressure": {}}), r"signals\.pressure is no signal"),
+        (lambda: scaled(size=1e-320), r"size is 9\.99\d+e-321: it must lie within"),
+        (lambda: scaled(size=1e300), r"size is 1e\+300: it must lie within 1e-06 … 1 of the range"),
+        (lambda: scaled(centre=1e308), r"centre is 1e\+308: it must lie in the range"),
         (lambda: changed(measured=["current"]), r"measured names 'current'"),
         (lambda: member(regressors=["os.system"]), r"members\[0\]: regressor 'os\.system'"),
         (lambda: member(regressors=["F0", "v0"]), r"regressor F0 is 0 samples old: it must be 1 … 256"),
