@@ -7,8 +7,9 @@ from hashlib import sha256
 from pathlib import Path
 
 from identification.errors import DataError
+from rigctl.further_axes import FURTHER_AXES
 from rigctl.magnitudes import doubts_of
-from rigctl.runfile import FURTHER_AXES, Run, read_run
+from rigctl.runfile import Run, read_run
 
 __all__ = ["check_runs", "label_of", "read_runs"]
 

@@ -11,11 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigctl.errors import LimitError
+from rigctl.further_axes import FURTHER_AXES
 from rigctl.limits import Limits
 from rigctl.setpoint_check import all_bad, at_rest
 
 MARGIN = 0.02  # share of the range between the limits, or of the one limit: inside by this, an interlock is released
 CHANNELS = ("force", "displacement", "current", "temperature", "pressure")
+WATCHED = (*CHANNELS, *FURTHER_AXES)
+"""Channels that an interlock may watch, in the order of a captured sample; a rig of one axis has the first five."""
 
 
 def check_waveform(
@@ -62,8 +65,13 @@ class Interlock:
     release_s: float = 1.0
 
     def __post_init__(self) -> None:
-        if self.channel not in CHANNELS:
-            raise LimitError(f"interlock: channel {self.channel!r} does not exist: choose one of {', '.join(CHANNELS)}")
+        if self.channel not in WATCHED:
+            raise LimitError(f"interlock: channel {self.channel!r} does not exist: choose one of {', '.join(WATCHED)}")
+        if self.further and self.action is Action.HOLD:
+            raise LimitError(
+                f"interlock on {self.channel}: a rig on hold does not tell the channels of further axes, nothing would "
+                f"end the hold: use {Action.STOP} or {Action.INDICATE}"
+            )
         if isnan(self.low) or isnan(self.high) or not self.low < self.high:
             raise LimitError(f"interlock on {self.channel}: {self.low:g} must lie below {self.high:g}")
         if not 0 <= self.delay_s < 3600:
@@ -77,6 +85,11 @@ class Interlock:
             )
 
     @property
+    def further(self) -> bool:
+        """Whether its channel is one of a further axis."""
+        return self.channel in FURTHER_AXES
+
+    @property
     def inside_by(self) -> float:
         """How far inside the limits the channel must be for the release."""
         if self.margin is not None:
@@ -86,8 +99,8 @@ class Interlock:
         return MARGIN * span
 
     def holds(self, values: NDArray[np.float64], *, by: float = 0.0) -> NDArray[np.bool_]:
-        """Whether each captured sample, (n, 5), lies inside the limits by at least `by`."""
-        column = values[:, CHANNELS.index(self.channel)]
+        """Whether each captured sample, (n, 5) or (n, 15), lies inside the limits by at least `by`."""
+        column = values[:, WATCHED.index(self.channel)]
         inside: NDArray[np.bool_] = (column >= self.low + by) & (column <= self.high - by)
         return inside
 
@@ -121,7 +134,7 @@ class InterlockWatch:
         self._resting = [False] * len(self._interlocks)
 
     def tripped(self, values: NDArray[np.float64]) -> tuple[Interlock, ...]:
-        """Interlocks that trip in the next samples, (n, 5)."""
+        """Interlocks that trip in the next samples, (n, 5) or (n, 15)."""
         found = []
         for k, one in enumerate(self._interlocks):
             violated = ~one.holds(values)
@@ -139,22 +152,23 @@ class InterlockWatch:
         self._resting = [False] * len(self._interlocks)
 
 
-def check_measured(interlocks: Sequence[Interlock], unmeasured: Sequence[str]) -> None:
+def check_measured(interlocks: Sequence[Interlock], unmeasured: Sequence[str], *, further_axes: bool) -> None:
     """Raise LimitError where an interlock is on a channel that the rig does not measure: it would never act."""
     for one in interlocks:
-        if one.channel in unmeasured:
+        if one.channel in unmeasured or (one.further and not further_axes):
             raise LimitError(f"interlock {one}: the rig does not measure {one.channel}: take the interlock out")
 
 
 class HoldWatch:
     """Decides for a test on hold whether its interlock is released, and whether another one ends the test.
 
-    Times are counted in the rig's sample index, since statuses arrive at irregular times.
+    Times are counted in the rig's sample index, since statuses arrive at irregular times. A status does not tell the
+    channels of further axes: while the main axis rests, their interlocks do not act.
     """
 
     def __init__(self, holding: Interlock | None, interlocks: Sequence[Interlock], sample_rate_hz: float) -> None:
         self._holding, self._rate_hz = holding, sample_rate_hz
-        self._stops = tuple(one for one in interlocks if one.action is Action.STOP)
+        self._stops = tuple(one for one in interlocks if one.action is Action.STOP and not one.further)
         self._since: dict[Interlock | None, int] = {}  # None: time since the interlock on hold was inside by its margin
 
     def over(self, values: NDArray[np.float64], sample_index: int) -> bool:

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigctl import scaling
+from rigctl.further_axes import FURTHER_AXES
 from rigctl.modbus_map import CAPTURE_SAMPLES, Block, Register, crc32
 from rigctl.packing import from_counts, to_counts
-from rigctl.runfile import FURTHER_AXES
 from rigctl.transport import CaptureBlock
 
 SAMPLES: Final = 5  # in a window: 20 words each, and a read returns at most 125

@@ -24,7 +24,7 @@ from rigctl.recording import Labels, Recorder, check_output, file_stem, free_pat
 from rigctl.run_configuration import run_configuration
 from rigctl.setup import Setup
 from rigctl.stream import Stream, StreamPlan
-from rigctl.transport import CaptureBlock, Identity, OwnMotion, Status, Transport
+from rigctl.transport import Capability, CaptureBlock, Identity, OwnMotion, Status, Transport
 from rigctl.waveform import Waveform, with_ramps
 from rigctl.wire_rate import check_wire
 
@@ -123,7 +123,8 @@ class _Player:
         self.labels = self.labels.with_note(identity.watchdog)
         configuration = run_configuration(self.test, identity, self.settings)
         check_envelopes(self.test, self.settings.envelopes)
-        check_measured(self.settings.interlocks, identity.unmeasured)
+        further_axes = Capability.FURTHER_AXES in identity.capabilities
+        check_measured(self.settings.interlocks, identity.unmeasured, further_axes=further_axes)
         check_output(self.out_dir, self.test.excitation, identity)  # at once, and not after a wait of an hour
         self.waveform = self._waveform(0, configuration.limits)
         axis.claim()

@@ -14,8 +14,9 @@ import numpy as np
 
 from excitation.signal import Excitation
 from rigctl.disk_reserve import check_space
+from rigctl.further_axes import FURTHER_AXES
 from rigctl.interlocks import CHANNELS
-from rigctl.runfile import FURTHER_AXES, Run
+from rigctl.runfile import Run
 from rigctl.runwriter import RunWriter, part_path
 from rigctl.setup import Setup
 from rigctl.transport import Capability, CaptureBlock, Identity

@@ -19,6 +19,7 @@ from excitation.atomic import written_whole
 from excitation.kinds import Kind
 from excitation.untrusted import DAMAGE, Limits, open_hdf5, parse_json
 from rigctl.errors import RunFileError
+from rigctl.further_axes import FURTHER_AXES
 from rigctl.not_a_run import not_a_run
 from rigctl.setup import Setup, get_setup, put_setup
 
@@ -28,13 +29,6 @@ STATUSES = ("complete", "aborted", "truncated")
 EVENT_BYTES = 240
 UTC_BYTES = 32  # an ISO 8601 time stamp
 
-# Motions and loads of the further axes of a rig of several; the main axis has no suffix.
-FURTHER_AXES: Mapping[str, str] = {
-    **{f"displacement_{axis}": "m" for axis in "yz"},
-    **{f"displacement_r{axis}": "rad" for axis in "xyz"},
-    **{f"force_{axis}": "N" for axis in "yz"},
-    **{f"torque_{axis}": "N·m" for axis in "xyz"},
-}
 # The unit that the contract gives a channel; any other channel may carry any of UNITS.
 CHANNEL_UNITS: Mapping[str, tuple[str, ...]] = {
     "displacement": ("m",),

@@ -19,4 +19,4 @@ TIME_S: Final = 1e-3
 SETPOINT: Final = (DISPLACEMENT_M, CURRENT_A)
 CAPTURE: Final = (FORCE_N, DISPLACEMENT_M, CURRENT_A, TEMPERATURE_DEGC, PRESSURE_PA)
 FURTHER: Final = (*2 * (DISPLACEMENT_M,), *3 * (ROTATION_RAD,), *2 * (FORCE_N,), *3 * (TORQUE_NM,))
-"""Of the channels of further axes, in the order of `rigctl.runfile.FURTHER_AXES`."""
+"""Of the channels of further axes, in the order of `rigctl.further_axes.FURTHER_AXES`."""

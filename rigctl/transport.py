@@ -114,7 +114,7 @@ class CaptureBlock:
     first_index: int
     values: NDArray[np.float64]
     """(n, 5): force N, displacement m, current A, temperature degC, pressure Pa; (n, 15) where further axes were asked
-    for: then their channels, in the order of `rigctl.runfile.FURTHER_AXES`."""
+    for: then their channels, in the order of `rigctl.further_axes.FURTHER_AXES`."""
 
     @property
     def samples(self) -> int:

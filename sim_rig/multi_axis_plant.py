@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rigctl import scaling
 from rigctl.device import PressureStage
-from rigctl.runfile import FURTHER_AXES
+from rigctl.further_axes import FURTHER_AXES
 from sim_rig.errors import SpecimenError
 from sim_rig.multi_axis import MultiAxisSpecimen, step
 from sim_rig.plant import SimulatedPlant

@@ -112,7 +112,7 @@ def import_files(
 def _axes(stated: Sequence[str]) -> dict[str, str]:
     """Columns of further axes by their channels."""
     from api.errors import InputError
-    from rigctl.runfile import FURTHER_AXES
+    from rigctl.further_axes import FURTHER_AXES
 
     found = {}
     for one in stated:

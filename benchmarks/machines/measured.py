@@ -55,7 +55,18 @@ def _tared(runs: tuple[Run, ...]) -> tuple[Run, ...]:
 
 
 def pieces(path: Path) -> tuple[Run, ...]:
-    """A recorder's text file on even time steps, with the sign of a damper, cut into pieces."""
+    """A recorder's text file, see `whole`, cut into pieces."""
+    run = whole(path)
+    size = int(PIECE_S * run.sample_rate_hz)
+    starts = range(0, run.samples - size + 1, max(size, (run.samples - size) // PIECES))
+    return tuple(
+        replace(run, run_id=f"{path.stem}-{k}", channels={n: v[s : s + size] for n, v in run.channels.items()})
+        for k, s in enumerate(starts)
+    )
+
+
+def whole(path: Path) -> Run:
+    """A recorder's text file on even time steps, with the sign of a damper."""
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     stamps = [datetime.fromisoformat(row["Timestamp"]) for row in rows]
@@ -70,16 +81,8 @@ def pieces(path: Path) -> tuple[Run, ...]:
     }
     if np.sum(np.gradient(channels["displacement"]) * channels["force"]) < 0.0:
         channels["force"] = -channels["force"]
-    size = int(PIECE_S * rate)
-    starts = range(0, even.size - size + 1, max(size, (even.size - size) // PIECES))
-    return tuple(
-        _run(path.stem, k, rate, {n: v[s : s + size] for n, v in channels.items()}) for k, s in enumerate(starts)
-    )
-
-
-def _run(name: str, number: int, rate_hz: float, channels: dict[str, Row]) -> Run:
     return Run(
-        run_id=f"{name}-{number}", created="2026-01-01T00:00:00+00:00", specimen=name, sample_rate_hz=float(rate_hz),
+        run_id=path.stem, created="2026-01-01T00:00:00+00:00", specimen=path.stem, sample_rate_hz=float(rate),
         period_samples=0, excitation_kind="custom", status="complete", channels=channels,
         units={"displacement": "m", "force": "N", "temperature": "degC"},
     )  # fmt: skip

@@ -23,6 +23,7 @@ from identification.blackbox.recipes import NODES, RECIPES
 from identification.blackbox.samples import Course
 from identification.blackbox.structure import Structure
 from identification.blackbox.terms import first_that_forgets, judge_polynomials, left_out, on_all
+from identification.compute.blas import one_blas_thread
 from identification.models.band import covered, half_width_of
 from identification.models.measures import score_signals
 from identification.models.simulation import checked_motion, for_every_sample, name_of, simulate_run
@@ -61,6 +62,7 @@ class Identified:
         return math.isfinite(self.memory_s)
 
 
+@one_blas_thread()
 def identify(
     kind: str,
     runs: Sequence[Run],

@@ -99,15 +99,19 @@ class LayeredNarx:
 
     def memory(self, course: Course) -> float:
         """How long it remembers its start along a course, s, from the lowest and the highest force; may be infinite."""
-        one, other = (self.along(course, before) for before in self.scales[FORCE].edges)
+        one, other = (self._from_lead(course, before) for before in self.scales[FORCE].edges)
         return remembered(one, other, self.scales[FORCE].size) * self.dt
 
-    def along(self, course: Course, before: float = 0.0) -> Floats:
-        """The same along a course, of which the force is not used, from a scaled force `before` its lead."""
+    def along(self, course: Course) -> Floats:
+        """The same along a course, of which the force is not used."""
+        return self._from_lead(course)[-course.motion.x.size :]
+
+    def _from_lead(self, course: Course, before: float = 0.0) -> Floats:
+        """Force of its lead and of the course, N, from a scaled force `before`."""
         from identification.blackbox.layered_loop import simulate  # compiled where it is used
 
         check_rate(self.name, self.dt, course.motion.dt)
-        samples, scale = samples_of([course], self.structure, self.scales), self.scales[FORCE]
+        samples, scale = samples_of([course.whole()], self.structure, self.scales), self.scales[FORCE]
         samples.force[: self.structure.longest] = before
         widest = max(len(self.structure.regressors), *self.layers.nodes)
         scaled = np.empty(samples.force.size)
@@ -117,4 +121,4 @@ class LayeredNarx:
             np.array(span_of(scale)), np.array(self.structure.fed_back, dtype=np.int64), samples.inputs, samples.begin,
             samples.force, np.array(scale.edges), np.empty(widest), np.empty(widest), scaled,
         )  # fmt: skip
-        return np.asarray(scaled[-course.motion.x.size :] * scale.size + scale.centre)
+        return np.asarray(scaled[self.structure.longest :] * scale.size + scale.centre)

@@ -142,7 +142,8 @@ class BlackBox:
 
     def each(self, course: Course) -> Floats:
         """The force of every member, (M, N), N."""
-        return np.array([self._along(member, course) for member in self.members])
+        size = course.motion.x.size
+        return np.array([self._from_lead(member, course)[-size:] for member in self.members])
 
     def half_width(self, motion: Motion, level: float) -> Floats | None:
         """Half of the width of its band, (N,), N; None where it was not calibrated; raises SimulationError."""
@@ -155,25 +156,25 @@ class BlackBox:
         check_rate(self.name, self.dt, course.motion.dt)
         return self.band.half_width(np.std(self.each(course), axis=0), level)
 
-    def _along(self, member: Member, course: Course, before: float = 0.0) -> Floats:
-        """Force of one member, N; `before` is the scaled force from which the lead of the run begins."""
+    def _from_lead(self, member: Member, course: Course, before: float = 0.0) -> Floats:
+        """Force of one member over the lead and the course, N, from a scaled force `before`."""
         structure = member.structure
-        samples = samples_of([course], structure, self.scales)
+        samples = samples_of([course.whole()], structure, self.scales)
         samples.force[: structure.longest] = before
         with np.errstate(all="raise"):
             scaled = network(structure, self.scales).simulate(member.weights, samples)
         force = self.scales[FORCE]
-        return np.asarray(scaled[-course.motion.x.size :] * force.size + force.centre)
+        return np.asarray(scaled[structure.longest :] * force.size + force.centre)
 
     def memory(self, course: Course) -> float:
         """How long it remembers its start along a course, s: infinite where two starts never come together.
 
-        Each member is started from the lowest and from the highest force that it can give.
+        Each member is started from the lowest and from the highest force that it can give, before the lead.
         """
         low, high = self.scales[FORCE].edges
         longest = 0.0
         for member in self.members:
-            one, other = self._along(member, course, low), self._along(member, course, high)
+            one, other = self._from_lead(member, course, low), self._from_lead(member, course, high)
             longest = max(longest, remembered(one, other, self.scales[FORCE].size))
         return longest * self.dt
 

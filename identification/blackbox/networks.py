@@ -17,6 +17,7 @@ from identification.blackbox.training import scales_of
 Told = Callable[[float, str], None]
 
 MOST_DECADES = 1  # of weight decay beyond those that a kind begins with
+FURTHER = 5  # structures, the best ones, that are tried with it
 
 
 def networks(
@@ -29,7 +30,7 @@ def networks(
         tell=lambda done, of: say(0.4 * done / of, "cross-validation"),
     )  # fmt: skip
     for _ in range(MOST_DECADES):
-        further = beyond(judged, recipe.best)
+        further = beyond(judged, min(recipe.best, FURTHER))
         judged = in_order([*judged, *judge(further, courses, scales, dt, stages=recipe.quick)])
     best = [one.candidate for one in judged[: recipe.best] if isinstance(one.candidate, Candidate)]
     trained = committee(

@@ -9,46 +9,70 @@ from identification.models.motion import Motion
 
 Floats = NDArray[np.float64]
 
-_ORDER = 32  # samples from which the one before them is predicted: some tens describe any motion of a few tones
+# The velocity is predicted from means over some samples each, so that the prediction sees two and a half cycles however
+# fast the motion was sampled. Measured by the squared error of stop operators over the first 80 samples of a random
+# motion of 0.3 to 10 Hz at 200 Hz, for r of 0.3 and 1 rms of the displacement: 32 single samples 2.8 and 13; 100 means,
+# 40 in a cycle: 1.8 and 7.1; 20 in a cycle: 2.5 and 6.8; 32 of 40 in a cycle: 2.3 and 9.7. On sines all are the same.
+_ORDER = 100
+_A_CYCLE = 40.0
+# A tenth of a cycle within 5 % of the rms velocity is rest: a tenth of a cycle from its turn on a sine has 80 % of it.
+_BEGINS, _AT_REST = 0.1, 0.05
+_SEEN = 2000  # means from which the prediction is learned
 _FASTEST = 1e3  # m/s: what is faster is no motion of a damper, and its square could overflow
-_SEEN = 2000  # samples from which the prediction is learned
 
 
-def with_past(motion: Motion, signal: str, series: Floats, ahead: int) -> Floats:
-    """A signal (N,) of a motion with `ahead` samples before it, (ahead + N,), in its unit.
+def with_past(motion: Motion, signal: str, series: Floats, before: Floats) -> Floats:
+    """A signal (N,) of a motion with the samples before it, (ahead + N,), in its unit.
 
-    A motion that repeats did so before. Of any other the velocity is predicted backwards; displacement and
-    acceleration follow from it. Any other signal is held. So a run that begins just after a reversal has that reversal
-    in its past, which a force with memory knows.
+    `before` (ahead,) is the velocity before it, of `velocity_before`. A motion that repeats did so before. Of any other
+    displacement and acceleration follow from that velocity; any other signal is held. So a run that begins just after a
+    reversal has that reversal in its past, which a force with memory knows.
     """
+    ahead = before.size
+    if not ahead:
+        return series
     if motion.period:
         return np.concatenate([series[np.arange(-ahead, 0) % motion.period], series])
     if signal not in ("displacement", "velocity", "acceleration"):
         return np.concatenate([np.full(ahead, series[0]), series])
-    finite = np.clip(np.where(np.isfinite(motion.v), motion.v, 0.0), -_FASTEST, _FASTEST)
-    v = predicted_backwards(finite[:_SEEN], ahead)
+    way = np.concatenate([before, _finite(motion.v[:1])])
     if signal == "displacement":
-        way = np.concatenate([v, finite[:1]])
         back = series[0] - np.cumsum((0.5 * motion.dt * (way[1:] + way[:-1]))[::-1])[::-1]
     elif signal == "acceleration":
-        back = np.gradient(np.concatenate([v, finite[:1]]), motion.dt)[:-1]
+        back = np.gradient(way, motion.dt)[:-1]
     else:
-        back = v
+        back = before
     return np.concatenate([back, series])
 
 
-def predicted_backwards(series: Floats, count: int) -> Floats:
-    """The `count` samples before a series (N,), as its linear prediction, (count,).
+def velocity_before(motion: Motion, ahead: int) -> Floats:
+    """The velocity of the `ahead` samples before a motion, m/s; a motion that begins at rest was at rest."""
+    if motion.period:
+        return np.asarray(motion.v[np.arange(-ahead, 0) % motion.period])
+    v = _finite(motion.v)
+    cycle = _cycle(v)
+    if np.max(np.abs(v[: max(1, int(_BEGINS * cycle))])) < _AT_REST * np.std(v):
+        return np.zeros(ahead)
+    size = max(1, int(cycle / _A_CYCLE))
+    return predicted_backwards(v[: _SEEN * size], ahead, size)
 
-    The coefficients are Burg's (1975): the prediction never grows.
+
+def predicted_backwards(series: Floats, count: int, size: int = 1) -> Floats:
+    """The `count` samples before a series (N,), as the linear prediction of its means over `size` samples, (count,).
+
+    The coefficients are Burg's (1975): the prediction never grows, and far back it is 0, as a damper goes nowhere on
+    average. Between the centres of the means it is a line.
     """
-    order = min(_ORDER, series.size // 4)
-    mean = float(np.mean(series))
-    reversed_, ahead = series[::-1] - mean, burg(series - mean, order)
-    whole = np.concatenate([reversed_[reversed_.size - order :], np.zeros(count)])
+    size = min(size, max(1, series.size // 4))
+    means = series[: series.size // size * size].reshape(-1, size).mean(axis=1)
+    order, further = min(_ORDER, means.size // 4), -(-count // size) + 1
+    whole = np.concatenate([means[:order][::-1], np.zeros(further)])
+    ahead = burg(means, order)[::-1]
     for k in range(order, whole.size):
-        whole[k] = ahead @ whole[k - order : k][::-1]
-    return mean + whole[order:][::-1]
+        whole[k] = ahead @ whole[k - order : k]
+    ago = np.concatenate([[0.0], size * (np.arange(further) + 0.5) + 0.5])  # samples before the first one
+    values = np.concatenate([series[:1], whole[order:]])
+    return np.asarray(np.interp(np.arange(count, 0, -1), ago, values))
 
 
 def burg(series: Floats, order: int) -> Floats:
@@ -62,3 +86,18 @@ def burg(series: Floats, order: int) -> Floats:
         error = padded + reflection * padded[::-1]
         forward, backward = (forward + reflection * backward)[1:], (backward + reflection * forward)[:-1]
     return -error[1:]
+
+
+def _finite(v: Floats) -> Floats:
+    return np.asarray(np.clip(np.where(np.isfinite(v), v, 0.0), -_FASTEST, _FASTEST))
+
+
+def _cycle(v: Floats) -> float:
+    """Samples of a typical cycle of a motion: 2π times the ratio of the rms of its way to that of its velocity."""
+    way = np.cumsum(v - v.mean())
+    line = np.arange(way.size) - 0.5 * (way.size - 1)
+    power = float(line @ line)
+    way -= way.mean()
+    way -= (float(way @ line) / power if power > 0.0 else 0.0) * line
+    rms = float(np.std(v))
+    return 2.0 * np.pi * float(np.std(way)) / rms if rms > 0.0 else 1.0

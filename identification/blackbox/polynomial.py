@@ -151,17 +151,21 @@ class PolynomialNarx:
 
     def memory(self, course: Course) -> float:
         """How long it remembers its start along a course, s, from the lowest and the highest force; may be infinite."""
-        one, other = (self.along(course, before) for before in self.scales[FORCE].edges)
+        one, other = (self._from_lead(course, before) for before in self.scales[FORCE].edges)
         return remembered(one, other, self.scales[FORCE].size) * self.dt
 
-    def along(self, course: Course, before: float = 0.0) -> Floats:
-        """The same along a course, of which the force is not used, from a scaled force `before` its lead."""
+    def along(self, course: Course) -> Floats:
+        """The same along a course, of which the force is not used."""
+        return self._from_lead(course)[-course.motion.x.size :]
+
+    def _from_lead(self, course: Course, before: float = 0.0) -> Floats:
+        """Force of its lead and of the course, N, from a scaled force `before`."""
         check_rate(self.name, self.dt, course.motion.dt)
-        samples = samples_of([course], self.structure, self.scales)
+        samples = samples_of([course.whole()], self.structure, self.scales)
         samples.force[: self.structure.longest] = before
         scaled = simulated(self.structure, self.terms, self.coefficients, samples, self.scales[FORCE].edges)
         force = self.scales[FORCE]
-        return np.asarray(scaled[-course.motion.x.size :] * force.size + force.centre)
+        return np.asarray(scaled[self.structure.longest :] * force.size + force.centre)
 
 
 def simulated(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.blackbox.past import with_past
+from identification.blackbox.past import velocity_before, with_past
 from identification.blackbox.scaling import Scales, seen
 from identification.blackbox.stops import LIMITS, stopped
 from identification.blackbox.structure import FORCE, MODEL, Structure
@@ -18,9 +18,9 @@ from identification.models.protocol import SIGNALS
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Samples that are simulated before a run, so that its force does not begin from nothing. A damper's force forgets
-# within some tens of milliseconds; at 1 kHz that is less than this.
-LEAD = 100
+# Samples that are simulated before a run, so that its force does not begin from nothing. A stop operator of 1 rms of
+# the displacement forgets within half a cycle or a few. Half: less than a cycle of 1 Hz at 200 Hz.
+LEAD = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +34,10 @@ class Course:
     force: Floats
     counted: Mask
     model: Floats | None = None
+
+    def whole(self) -> Course:
+        """The same course, of which every sample counts."""
+        return replace(self, counted=np.ones(self.force.size, dtype=np.bool_))
 
     def series(self, signal: str) -> Floats:
         """A signal, (N,), SI."""
@@ -70,7 +74,10 @@ class Samples:
 
 
 def samples_of(courses: Sequence[Course], structure: Structure, scales: Scales) -> Samples:
-    """The rows of some runs for a network: its longest delay and `LEAD` samples come before every run."""
+    """The rows of some runs for a network: its longest delay and `LEAD` samples come before every run.
+
+    Of a run whose first samples do not count those are part of the lead.
+    """
     parts = [_rows(course, structure, scales) for course in courses]
     starts = np.cumsum([0, *(force.size for _, force, _ in parts[:-1])])
     begin = [np.full(force.size, start + structure.longest) for (_, force, _), start in zip(parts, starts, strict=True)]
@@ -84,8 +91,9 @@ def samples_of(courses: Sequence[Course], structure: Structure, scales: Scales) 
 
 def _rows(course: Course, structure: Structure, scales: Scales) -> tuple[Floats, Floats, Mask]:
     """Inputs, force and what counts of one run, with what comes before it."""
-    motion, ahead = course.motion, structure.longest + LEAD
-    signals = {name: with_past(motion, name, course.series(name), ahead) for name in structure.signals}
+    motion, ahead = course.motion, structure.longest + max(LEAD - int(np.argmax(course.counted)), 0)
+    before = velocity_before(motion, ahead)
+    signals = {name: with_past(motion, name, course.series(name), before) for name in structure.signals}
     size = course.force.size + ahead
     inputs = np.empty((size, len(structure.inputs)))
     for k, one in enumerate(structure.inputs):

@@ -19,6 +19,10 @@ Floats = NDArray[np.float64]
 # fed back may settle there.
 MARGIN = 0.5
 
+# Of the range, the least size of a signal: that of a single spike in 10¹² samples. What is less is no
+# signal but a number by which a division overflows.
+_LEAST_SIZE = 1e-6
+
 
 @dataclass(frozen=True, slots=True)
 class Scale:
@@ -36,6 +40,11 @@ class Scale:
             raise ModelError(f"size is {self.size:g}: it must be above 0")
         if not self.low < self.high:
             raise ModelError(f"range is [{self.low:g}, {self.high:g}]: the lower value comes first")
+        span = self.high - self.low
+        if not self.low - span <= self.centre <= self.high + span or not math.isfinite(span):
+            raise ModelError(f"centre is {self.centre:g}: it must lie in the range [{self.low:g}, {self.high:g}]")
+        if not _LEAST_SIZE * span <= self.size <= span:
+            raise ModelError(f"size is {self.size:g}: it must lie within {_LEAST_SIZE:g} … 1 of the range of {span:g}")
 
     @property
     def edges(self) -> tuple[float, float]:

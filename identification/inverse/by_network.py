@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.blackbox.held_input import next_forces
 from identification.blackbox.model import BlackBox, Member, check_rate
 from identification.blackbox.network import Network, network
-from identification.blackbox.samples import Samples, course_along, samples_of
+from identification.blackbox.samples import course_along, samples_of
 from identification.blackbox.structure import FORCE
 from identification.inverse.reach import LEVELS, Limits
 from identification.inverse.wanted import Wanted
 
 Floats = NDArray[np.float64]
+Whole = NDArray[np.int64]
 
 # Samples over which a current is held to see what it does: a network answers a current over several samples, and a
 # force that is to be met at the next alone asks for one extreme after the other. Half: the current rings where two of
@@ -39,12 +43,15 @@ def by_network(forward: BlackBox, wanted: Wanted, limits: Limits, stillness: flo
     levels, n = limits.levels(LEVELS), wanted.force.size
     past = [_Past.of(forward, member, wanted, limits.low) for member in forward.members]
     current, before = np.empty(n), limits.low
+    next_one = [one.ahead(1) for one in past]
     for t in range(n):
         count = min(AHEAD, n - t)
-        forces = np.median([one.tried(t, count, levels) for one in past], axis=0)
+        if t == 0 or count < AHEAD:
+            next_ones = [one.ahead(count) for one in past]
+        forces = _median([one.tried(t, levels) for one in next_ones])
         before = _least(forces, levels, wanted.force[t : t + count], stillness * count, before)
         current[t] = before
-        for one in past:
+        for one in next_one:
             one.go_on(t, before)
     return current
 
@@ -58,7 +65,8 @@ class _Past:
     inputs: Floats  # (lead + N, m)
     force: Floats  # (lead + N,)
     lead: int
-    currents: tuple[tuple[int, int], ...]  # column and delay of each regressor of the current
+    columns: Whole  # of the current and its delays among the inputs
+    ages: Whole  # the delay of each, samples
     scale: tuple[float, float]  # centre and size of the current
     unit: tuple[float, float]  # of the force
 
@@ -75,35 +83,63 @@ class _Past:
             inputs=samples.inputs,
             force=net.simulate(member.weights, samples),
             lead=samples.force.size - wanted.force.size,
-            currents=tuple(columns),
+            columns=np.array([k for k, _ in columns], dtype=np.int64),
+            ages=np.array([delay for _, delay in columns], dtype=np.int64),
             scale=(scale.centre, scale.size),
             unit=(force.centre, force.size),
         )
 
-    def tried(self, t: int, count: int, levels: Floats) -> Floats:
+    def ahead(self, count: int) -> _Ahead:
+        """The member over the next `count` samples at a time."""
+        structure = self.net.structure
+        size, lanes = structure.longest + count, structure.lanes
+        given = (
+            np.array(structure.fed_back, dtype=np.int64), self.inputs, self.force, self.columns, self.ages,
+            self.net.limits, (0,) * lanes, np.empty((size, self.inputs.shape[1])), np.empty(size, dtype=np.int64),
+            np.empty(size), np.empty(lanes), np.empty(size),
+        )  # fmt: skip
+        return _Ahead(self, count, given)
+
+    def take(self, t: int, current: float) -> None:
+        """Take a current for sample t."""
+        scaled = (current - self.scale[0]) / self.scale[1]
+        for column, age in zip(self.columns.tolist(), self.ages.tolist(), strict=True):
+            self.inputs[self.lead + t + age : self.lead + t + age + 1, column] = scaled
+
+
+@dataclass(frozen=True, slots=True)
+class _Ahead:
+    """A member with the working space of its loop, so that nothing is made anew at every sample."""
+
+    past: _Past
+    count: int
+    given: tuple[Any, ...]  # Any: what the compiled loop takes
+
+    def tried(self, t: int, levels: Floats) -> Floats:
         """The force, N, of every level held from sample t on, (K, count)."""
-        longest, at = self.net.structure.longest, self.lead + t
-        rows = np.repeat(self.inputs[None, at - longest : at + count], levels.size, axis=0)
-        for column, delay in self.currents:
-            rows[:, longest + delay :, column] = ((levels - self.scale[0]) / self.scale[1])[:, None]
-        known = np.zeros((levels.size, longest + count))
-        known[:, :longest] = self.force[at - longest : at]
-        size = longest + count
-        begin = np.repeat(np.arange(levels.size) * size + longest, size)
-        flat = Samples(rows.reshape(-1, rows.shape[2]), known.ravel(), begin, np.ones(begin.size, dtype=np.bool_))
-        scaled = self.net.simulate(self.weights, flat).reshape(levels.size, size)[:, longest:]
-        return np.asarray(scaled * self.unit[1] + self.unit[0])
+        return self._next(t, (levels - self.past.scale[0]) / self.past.scale[1]) * self.past.unit[1] + self.past.unit[0]
 
     def go_on(self, t: int, current: float) -> None:
         """Take a current for sample t, and the force that the member then gives."""
-        at, scaled = self.lead + t, (current - self.scale[0]) / self.scale[1]
-        for column, delay in self.currents:
-            self.inputs[at + delay : at + delay + 1, column] = scaled
-        longest = self.net.structure.longest
-        window = slice(at - longest, at + 1)
-        begin = np.full(longest + 1, longest)
-        one = Samples(self.inputs[window], self.force[window].copy(), begin, np.ones(longest + 1, dtype=np.bool_))
-        self.force[at] = self.net.simulate(self.weights, one)[-1]
+        past = self.past
+        past.take(t, current)
+        scaled = (current - past.scale[0]) / past.scale[1]
+        past.force[past.lead + t] = self._next(t, np.array([scaled]))[0, 0]
+
+    def _next(self, t: int, levels: Floats) -> Floats:
+        delays, inputs, force, columns, ages, limits, nodes, *space = self.given
+        out = np.empty((levels.size, self.count))
+        at = self.past.lead + t
+        next_forces(
+            self.past.weights, delays, inputs, force, at, columns, ages, levels, limits, nodes, *space, out
+        )  # fmt: skip
+        return out
+
+
+def _median(forces: Sequence[Floats]) -> Floats:
+    """The median of some arrays; numpy's own takes ten times as long for few numbers."""
+    ordered, middle = np.sort(forces, axis=0), len(forces) // 2
+    return np.asarray(ordered[middle] if len(forces) % 2 else 0.5 * (ordered[middle - 1] + ordered[middle]))
 
 
 def _least(forces: Floats, levels: Floats, wanted: Floats, stillness: float, before: float) -> float:

@@ -16,6 +16,7 @@ from identification.blackbox.networks import networks
 from identification.blackbox.preparation import at_one_rate, course_of
 from identification.blackbox.samples import Course
 from identification.blackbox.structure import FORCE, Structure
+from identification.compute.blas import one_blas_thread
 from identification.errors import DataError
 from identification.inverse.model import Inverse, changed_course
 from identification.inverse.reach import Limits, reach_of
@@ -57,6 +58,7 @@ class IdentifiedInverse:
         return f"{' '.join(swapped(str(one)) for one in structure.regressors)}, {structure.nodes} nodes"
 
 
+@one_blas_thread()
 def identify_inverse(
     runs: Sequence[Run],
     forward: Base,

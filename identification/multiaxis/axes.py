@@ -18,21 +18,59 @@ LOADS = ("force", "force_y", "force_z", "torque_x", "torque_y", "torque_z")
 UNITS = {name: "N·m" if name.startswith("torque") else "N" for name in LOADS}
 _STILL = 1e-3  # of the largest travel of an axis over all runs: a run that moves it by less leaves it still
 
+# An axis that is held has noise, and steps of its recorder. Third differences of a motion below a tenth of the sample
+# rate are 0.05 of it, those of white noise √20 of it. Half: a motion at a fifth of the sample rate is called noise;
+# double: noise is called motion. Some steps: a held axis that lies between two values of its recorder.
+_ORDER, _OF_NOISE, _NOISY = 3, 20.0, 0.5
+_STEPS = 3  # values
+_LEAST_AXES = 2
+_ROUNDING = 1e-12  # of the place: no motion
+
 
 def channels_in(run: Run, names: Sequence[str]) -> list[str]:
     """Those of some channels that a run holds, in their order."""
     return [name for name in names if name in run.channels]
 
 
-def largest_of(runs: Sequence[Run]) -> dict[str, float]:
-    """The greatest span of each axis over all runs, m or rad."""
+def noise_of(travel: Floats) -> float:
+    """The noise of a travel (N,), in its unit: the rms of its third differences, √20 times that of white noise."""
+    if travel.size <= _ORDER:
+        return 0.0
+    return float(np.sqrt(np.mean(np.diff(travel, _ORDER) ** 2) / _OF_NOISE))
+
+
+def moves(travel: Floats) -> bool:
+    """Whether a travel (N,) is more than noise about one place, and more than a few steps of its recorder."""
+    size = float(np.std(travel))
+    if not size > _ROUNDING * float(np.max(np.abs(travel))) or noise_of(travel) > _NOISY * size:
+        return False
+    values = np.unique(travel)
+    return bool(values.size > _STEPS)
+
+
+def held_in(runs: Sequence[Run]) -> dict[str, float]:
+    """The axes that none of some runs moves, and the noise of each, m or rad: the largest of its runs."""
     names = dict.fromkeys(name for one in runs for name in channels_in(one, MOTIONS))
-    return {name: max(float(np.ptp(one.channels[name])) for one in runs if name in one.channels) for name in names}
+    travels = {name: [one.channels[name] for one in runs if name in one.channels] for name in names}
+    return {name: max(map(noise_of, every)) for name, every in travels.items() if not any(map(moves, every))}
+
+
+def largest_of(runs: Sequence[Run]) -> dict[str, float]:
+    """The greatest span of each axis over all runs that move it, m or rad; 0 where none does."""
+    names = dict.fromkeys(name for one in runs for name in channels_in(one, MOTIONS))
+    travels = {name: [one.channels[name] for one in runs if name in one.channels] for name in names}
+    return {
+        name: max((float(np.ptp(one)) for one in every if moves(one)), default=0.0) for name, every in travels.items()
+    }
 
 
 def axes_moved(run: Run, largest: Mapping[str, float]) -> list[str]:
     """The axes that a run moves; `largest` is the greatest span of each axis over all runs."""
-    return [name for name in channels_in(run, MOTIONS) if np.ptp(run.channels[name]) > _STILL * largest[name] > 0.0]
+    return [
+        name
+        for name in channels_in(run, MOTIONS)
+        if np.ptp(run.channels[name]) > _STILL * largest[name] > 0.0 and moves(run.channels[name])
+    ]
 
 
 def moved_axis(run: Run, largest: Mapping[str, float]) -> str:
@@ -48,7 +86,10 @@ def moved_axis(run: Run, largest: Mapping[str, float]) -> str:
 
 
 def check_axes(runs: Sequence[Run]) -> tuple[list[str], list[str]]:
-    """Motions and loads that all runs hold; raises DataError where rates differ or one lacks a channel of another."""
+    """Motions that a run moves, and loads; raises DataError where rates differ or a run lacks a channel of another.
+
+    An axis that all runs hold still, but for its noise, is no motion.
+    """
     if not runs:
         raise DataError("no run was given: at least one measured run is needed")
     first = runs[0]
@@ -62,9 +103,21 @@ def check_axes(runs: Sequence[Run]) -> tuple[list[str], list[str]]:
                 f"{name_of(one)} has {one.sample_rate_hz:.6g} Hz, {name_of(first)} {first.sample_rate_hz:.6g} Hz: "
                 "give runs of one rate"
             )
-    if len(motions) < 2 or not loads:
+    if len(motions) < _LEAST_AXES or not loads:
         raise DataError(
             f"{name_of(first)} holds {len(motions)} axis and {len(loads)} load: a model of several axes needs two "
             "axes or more, such as displacement and displacement_y"
         )
-    return motions, loads
+    still = held_in(runs)
+    return [name for name in motions if name not in still], loads
+
+
+def check_moved(runs: Sequence[Run]) -> None:
+    """Raise DataError where some runs together move fewer than two axes."""
+    moving, _ = check_axes(runs)
+    if len(moving) < _LEAST_AXES:
+        found = " and ".join(moving) or "no axis"
+        raise DataError(
+            f"the runs move {found}; {', '.join(held_in(runs))} are held, but for noise: a model of several axes needs "
+            "runs that move two axes or more"
+        )

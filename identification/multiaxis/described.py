@@ -20,6 +20,15 @@ def axes_text(result: IdentifiedAxes) -> str:
             f"  {name} from {', '.join(load.axes)}: {result.predicted[name]:.2f} %, {result.trained[name]:.2f} %"
             f"{held_out}"
         )
+    lines += [
+        f"  {axis} is held in all runs, but for noise of {noise:.3g} {_unit(axis)}: no load depends on it"
+        for axis, noise in result.held.items()
+    ]
+    lines += [
+        f"  {run} moves {axis}, which no run of the training moves: its loads are not to be trusted there"
+        for run, axes in result.untried.items()
+        for axis in axes
+    ]
     for run, found in result.checks.items():
         lines += [f"  {run}: {sentence}" for sentence in found.described() or ["the single tests add up"]]
     for run, shares in result.outside.items():
@@ -37,6 +46,8 @@ def axes_data(result: IdentifiedAxes) -> dict[str, Any]:  # Any: JSON
         "correlations": {load: dict(axes) for load, axes in model.correlations.items()},
         "base": None if model.base is None else model.base.model.name,
         "superposed": result.summed,
+        "held": dict(result.held),
+        "held_but_moved": {run: list(axes) for run, axes in result.untried.items() if axes},
         "fit_predicted": _finite(result.predicted),
         "fit_trained": _finite(result.trained),
         "fit_held_out": {run: _finite(fits) for run, fits in result.shown.items()},
@@ -48,6 +59,10 @@ def axes_data(result: IdentifiedAxes) -> dict[str, Any]:  # Any: JSON
 
 def _heads(result: IdentifiedAxes) -> str:
     return "".join(f", {run}" for run in result.shown)
+
+
+def _unit(axis: str) -> str:
+    return "rad" if axis.startswith("displacement_r") else "m"
 
 
 def _finite(values: Any) -> dict[str, float | None]:  # Any: a mapping of numbers

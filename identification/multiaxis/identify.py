@@ -9,9 +9,10 @@ import numpy as np
 
 from identification.blackbox.given import Base
 from identification.blackbox.preparation import at_one_rate
+from identification.compute.blas import one_blas_thread
 from identification.errors import DataError
 from identification.models.simulation import name_of
-from identification.multiaxis.axes import axes_moved, check_axes, largest_of
+from identification.multiaxis.axes import axes_moved, check_axes, check_moved, held_in, largest_of, moves
 from identification.multiaxis.model import MultiAxis, identify_axes
 from identification.multiaxis.superposition import Superposed, check_superposition, same_motions, superposed
 from rigctl.runfile import Run
@@ -26,7 +27,8 @@ class IdentifiedAxes:
 
     `predicted` is the fit on the last third of the training of a model that learned from the rest; `shown` that on each
     held-out run. `summed` is None where the runs move several axes each; `checks` is what the sum of the single tests
-    misses of each held-out run that plays their motions together.
+    misses of each held-out run that plays their motions together. `held` are the axes that no run of the training
+    moves, with their noise, m or rad; `untried` those of them that a held-out run moves.
     """
 
     model: MultiAxis
@@ -36,8 +38,11 @@ class IdentifiedAxes:
     shown: Mapping[str, Mapping[str, float]]
     outside: Mapping[str, Mapping[str, float]]
     checks: Mapping[str, Superposed]
+    held: Mapping[str, float]
+    untried: Mapping[str, tuple[str, ...]]
 
 
+@one_blas_thread()
 def identify_multiaxis(
     runs: Sequence[Run],
     *,
@@ -65,6 +70,7 @@ def identify_multiaxis(
     say(0.9, "held-out runs")
     predicted = fits(early, [_part(one, _LEARNED, 1.0) for one in learned])
     shown = {name_of(one): fits(model, [one]) for one in held_out}
+    still = held_in(runs)
     facts = {f"fit_predicted_{load}": fit for load, fit in predicted.items()}
     return IdentifiedAxes(
         model=replace(model, facts=facts),
@@ -79,6 +85,8 @@ def identify_multiaxis(
             for group in groups
             if same_motions(one, superposed(group)) is None
         },
+        held=still,
+        untried={name_of(one): tuple(axis for axis in still if moves(one.channels[axis])) for one in held_out},
     )
 
 
@@ -91,7 +99,9 @@ def check_multiaxis(
     every = at_one_rate([*runs, *held_out], rate_hz)
     check_axes(every)
     measured = every[: len(runs)]
-    return measured, every[len(runs) :], single_tests(measured)
+    groups = single_tests(measured)
+    check_moved(measured)
+    return measured, every[len(runs) :], groups
 
 
 def main_axis_runs(runs: Sequence[Run]) -> list[Run]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +18,12 @@ from identification.blackbox.given import Base
 from identification.blackbox.layers import Layers, Predictor, Rows, first_layer_weights, span_of
 from identification.blackbox.levenberg import train
 from identification.blackbox.scaling import Scale, scale_of, seen
+from identification.compute import run
 from identification.errors import DataError, ModelError, SimulationError
 from identification.models.inputs import motion_from
 from identification.models.motion import held
 from identification.models.simulation import name_of
-from identification.multiaxis.axes import MOTIONS, check_axes
+from identification.multiaxis.axes import MOTIONS, check_axes, check_moved
 from identification.multiaxis.choice import chosen, correlations
 from rigctl.runfile import Run
 
@@ -142,6 +144,7 @@ def identify_axes(
     Raises DataError, one line, where the runs' channels or rates differ, a load or an axis of it is constant, or the
     samples are too few.
     """
+    check_moved(runs)
     motions, loads = check_axes(runs)
     rate, found = runs[0].sample_rate_hz, correlations(runs)
     wanted = {load: tuple(one) for load, one in (axes or chosen(found)).items()}
@@ -152,7 +155,10 @@ def identify_axes(
             scales[speed_of(axis)] = _scale(axis, [np.gradient(one.channels[axis]) * rate for one in runs])
     if base is not None:
         scales[BASE] = _scale(BASE, [_force_of(base, one.channels[MOTIONS[0]], rate) for one in runs])
-    models = {load: _learned(load, wanted[load], runs, scales, base) for load in loads}
+    # As tasks: on every processor, with one thread of linear algebra each. Products of such narrow matrices on many
+    # threads take several times as long, and far more where others work on the machine.
+    learn = partial(_learned, runs=runs, scales=scales, base=base)
+    models = dict(zip(loads, run(learn, [(load, wanted[load]) for load in loads]), strict=True))
     return MultiAxis(name=name, rate_hz=rate, scales=scales, loads=models, correlations=found, base=base)
 
 
@@ -198,8 +204,9 @@ def regressors(
 
 
 def _learned(
-    load: str, axes: Sequence[str], runs: Sequence[Run], scales: Mapping[str, Scale], base: Base | None
+    task: tuple[str, Sequence[str]], runs: Sequence[Run], scales: Mapping[str, Scale], base: Base | None
 ) -> Load:
+    load, axes = task
     measured = np.concatenate([one.channels[load] for one in runs])
     scale = _scale(load, [measured])
     phi = np.concatenate([regressors(one.channels, one.sample_rate_hz, axes, scales, base) for one in runs])

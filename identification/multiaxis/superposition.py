@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identification.errors import DataError
 from identification.models.simulation import name_of
-from identification.multiaxis.axes import MOTIONS, channels_in, check_axes, largest_of, moved_axis
+from identification.multiaxis.axes import MOTIONS, channels_in, check_axes, largest_of, moved_axis, moves
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -50,7 +50,7 @@ def superposed(singles: Sequence[Run]) -> Run:
 
     Raises DataError, one line, where a run moves several axes, two move the same, or their channels or rates differ.
     """
-    motions, loads = check_axes(singles)
+    _, loads = check_axes(singles)
     largest = largest_of(singles)
     axes = [moved_axis(one, largest) for one in singles]
     for k, axis in enumerate(axes):
@@ -59,7 +59,7 @@ def superposed(singles: Sequence[Run]) -> Run:
                 f"{name_of(singles[k])} moves {axis} as {name_of(singles[axes.index(axis)])} does: one an axis"
             )
     samples = min(one.samples for one in singles)
-    channels = {name: np.zeros(samples) for name in (*motions, *loads)}
+    channels = {name: np.zeros(samples) for name in (*channels_in(singles[0], MOTIONS), *loads)}
     for one, axis in zip(singles, axes, strict=True):
         channels[axis] = one.channels[axis][:samples].copy()
         for name in loads:
@@ -82,6 +82,8 @@ def same_motions(together: Run, found: Run) -> str | None:
     size = min(together.samples, found.samples)
     for name in channels_in(found, MOTIONS):
         one, other = together.channels[name][:size], found.channels[name][:size]
+        if not moves(one) and not moves(other):
+            continue  # held in both: their noise differs
         if np.sqrt(np.mean((one - other) ** 2)) > _SAME * max(float(np.std(one)), 1e-12):
             return name
     return None

@@ -11,7 +11,7 @@ from excitation.kinds import Kind
 from rigctl.errors import ForeignFileError
 from rigctl.foreign_files.layout import DELIMITERS, TextOptions
 from rigctl.foreign_files.units import SI
-from rigctl.runfile import FURTHER_AXES
+from rigctl.further_axes import FURTHER_AXES
 
 __all__ = ["CHANNELS", "Choice", "ColumnChoice", "choice_from", "column_choice"]
 

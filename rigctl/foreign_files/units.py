@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigctl.errors import ForeignFileError
-from rigctl.runfile import FURTHER_AXES
+from rigctl.further_axes import FURTHER_AXES
 
 if TYPE_CHECKING:
     import pint

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.multiaxis import LOADS, MOTIONS
-from rigctl.runfile import FURTHER_AXES, Run
+from rigctl.further_axes import FURTHER_AXES
+from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
 RATE_HZ, SAMPLES = 100.0, 1500

@@ -14,14 +14,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.blackbox import BlackBox, Identified, Structure, identify, regressors, write_identified
+from identification.blackbox import BlackBox, Identified, Member, Structure, identify, regressors, write_identified
 from identification.blackbox.modelfile import blackbox_to_json
 from identification.blackbox.network import network
-from identification.blackbox.past import burg, predicted_backwards
-from identification.blackbox.samples import Samples, course_along
+from identification.blackbox.past import burg, predicted_backwards, velocity_before
+from identification.blackbox.preparation import course_of
+from identification.blackbox.samples import LEAD, Samples, course_along, samples_of
 from identification.blackbox.scaling import MARGIN, Scale
 from identification.blackbox.structure import Regressor
 from identification.blackbox.tangent import tanh
+from identification.blackbox.training import scales_of
 from identification.errors import DataError, ModelError, ModelFileError, SimulationError
 from identification.models import Motion, compare, load_model, model_from_json, motion_of, simulate_run
 from rigctl.runfile import Run
@@ -155,6 +157,32 @@ def test_a_run_that_begins_just_after_a_reversal_is_right_from_its_first_sample(
     assert np.max(np.abs(force[:10] - measured[:10])) < 0.25 * np.std(measured)
 
 
+def test_a_motion_that_begins_at_rest_was_at_rest_and_one_that_begins_at_its_turn_was_not() -> None:
+    motion = motion_of(runs()[1])
+    rest, cycle = np.zeros(40), np.arange(800) / RATE_HZ
+    late = with_series(motion.head(840), "v", np.concatenate([rest, np.sin(2.0 * np.pi * cycle)]))
+    assert not np.any(velocity_before(late, LEAD))
+    turned = with_series(motion.head(800), "v", np.sin(2.0 * np.pi * cycle))
+    assert np.allclose(
+        velocity_before(turned, LEAD), np.sin(-2.0 * np.pi * np.arange(LEAD, 0, -1) / RATE_HZ), atol=0.05
+    )
+
+
+@pytest.mark.parametrize("names", ["x0 v0 a0", "F1 v0 P0", "x0 v3"])
+@pytest.mark.parametrize("uncounted", [0, 50, LEAD, 300])
+def test_samples_that_do_not_count_are_part_of_the_lead_and_change_nothing_after_it(names: str, uncounted: int) -> None:
+    course = course_of(runs()[0], ())
+    course = replace(course, counted=np.arange(course.force.size) >= uncounted)
+    structure = Structure(regressors(names), 4)
+    scales = scales_of([course], ["displacement", "velocity", "acceleration"])
+    rows = samples_of([course], structure, scales)
+    assert rows.force.size == course.force.size + structure.longest + max(LEAD - uncounted, 0)
+    whole = samples_of([course.whole()], structure, scales)
+    late = slice(-(course.force.size - max(uncounted, structure.longest)), None)
+    assert np.allclose(rows.inputs[late], whole.inputs[late], atol=0.05)  # a stop operator began elsewhere
+    assert rows.counted.sum() == course.counted.sum()
+
+
 @given(seed=st.integers(0, 999), ahead=st.integers(1, 60))
 @settings(max_examples=25, deadline=None)
 def test_a_prediction_backwards_continues_a_sum_of_tones_and_never_grows(seed: int, ahead: int) -> None:
@@ -216,6 +244,12 @@ def changed(**more: Any) -> dict[str, Any]:
     return data | more
 
 
+def scaled(**more: Any) -> dict[str, Any]:
+    data = changed()
+    data["signals"]["velocity"] |= more
+    return data
+
+
 def member(**more: Any) -> dict[str, Any]:
     data = changed()
     data["members"][0] |= more
@@ -229,6 +263,9 @@ def member(**more: Any) -> dict[str, Any]:
         (lambda: changed(sample_rate=0), r"sample_rate is 0 Hz: it must be above 0"),
         (lambda: changed(signals={}), r"signals\.force is missing: a member sees it|signals\.\w+ is missing"),
         (lambda: changed(signals={"pressure": {}}), r"signals\.pressure is no signal"),
+        (lambda: scaled(size=1e-320), r"size is 9\.99\d+e-321: it must lie within"),
+        (lambda: scaled(size=1e300), r"size is 1e\+300: it must lie within 1e-06 … 1 of the range"),
+        (lambda: scaled(centre=1e308), r"centre is 1e\+308: it must lie in the range"),
         (lambda: changed(measured=["current"]), r"measured names 'current'"),
         (lambda: member(regressors=["os.system"]), r"members\[0\]: regressor 'os\.system'"),
         (lambda: member(regressors=["F0", "v0"]), r"regressor F0 is 0 samples old: it must be 1 … 256"),
@@ -329,6 +366,19 @@ def test_a_committee_forgets_its_start_or_says_that_it_does_not() -> None:
     data = model()
     never = replace(data, members=(type(data.members[0])(one, held),))
     assert never.memory(course_along(motion_of(runs()[1]))) == math.inf
+
+
+def test_a_memory_that_is_shorter_than_the_lead_is_told_too() -> None:
+    course = course_along(motion_of(runs()[1]))
+    slow = Structure(regressors("F1 v0"), 0)
+    scales = model().scales
+    for gain in (0.5, 0.9, 0.98):
+        one = BlackBox(
+            name="", kind="arx", dt=1.0 / RATE_HZ, scales=scales, members=(Member(slow, np.array([gain, 1e-3, 0.0])),)
+        )
+        low, high = scales["force"].edges
+        samples = math.log(0.01 / (high - low)) / math.log(gain)  # until gain^n·(high − low) is a hundredth
+        assert one.memory(course) * RATE_HZ == pytest.approx(samples, abs=2.0)
 
 
 def test_a_structure_that_is_none_is_refused() -> None:

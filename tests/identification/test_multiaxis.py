@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from identification.errors import DataError, SimulationError
 from identification.multiaxis import (
@@ -19,15 +21,19 @@ from identification.multiaxis import (
     MOTIONS,
     UNITS,
     MultiAxis,
+    axes_data,
+    axes_text,
     check_superposition,
     chosen,
     correlations,
     identify_axes,
+    identify_multiaxis,
     superposed,
 )
+from identification.multiaxis.axes import moves
 from rigctl.runfile import Run, read_run, write_run
 from sim_rig.multi_axis import ANTI_YAW, played
-from tests.identification.six_axes import RATE_HZ, by_formula, motion, run_of, singles_of
+from tests.identification.six_axes import LARGEST, RATE_HZ, by_formula, motion, run_of, singles_of
 
 Floats = NDArray[np.float64]
 INPUTS = (
@@ -117,6 +123,61 @@ def test_a_run_file_carries_the_further_axes(tmp_path: Path) -> None:
     assert np.array_equal(
         model().simulate(back)["torque_z"], model().simulate(by_formula(motion(2), "six"))["torque_z"]
     )
+
+
+def with_noise(run: Run, axes: Sequence[str], share: float, seed: int) -> Run:
+    rng = np.random.default_rng(seed)
+    channels = {name: one for name, one in run.channels.items() if name not in LOADS[2:]}
+    for name in axes:
+        size = share * LARGEST[MOTIONS.index(name)]
+        channels[name] = channels[name] + 1e-3 + size * rng.standard_normal(run.samples)
+    return replace(run, channels=channels)
+
+
+def test_an_axis_that_is_held_with_noise_is_constant_and_is_named() -> None:
+    held, noise = MOTIONS[4], 0.003 * LARGEST[4]
+    tests = [with_noise(one, MOTIONS, 0.003, k) for k, one in enumerate(singles()) if k != 4]
+    moved = motion(1) * (np.arange(6) != 4)
+    together = with_noise(by_formula(moved, "together"), MOTIONS, 0.003, 9)
+    result = identify_multiaxis(tests, held_out=[together, by_formula(motion(1), "all six")])
+    assert result.summed == 5
+    assert result.held == {held: pytest.approx(noise, rel=0.1)}
+    assert all(held not in load.axes for load in result.model.loads.values())
+    assert list(result.checks) == ["together"]
+    assert not result.checks["together"].failing
+    said = axes_text(result)
+    assert f"{held} is held in all runs, but for noise of" in said
+    assert f"all six moves {held}, which no run of the training moves" in said
+    assert axes_data(result)["held_but_moved"] == {"all six": [held]}
+
+
+def test_an_identification_works_with_one_thread_of_linear_algebra() -> None:
+    seen: list[int] = []
+
+    def told(done: float, text: str) -> None:
+        seen.extend(one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas")
+
+    light = [with_noise(one, (), 0.0, 1) for one in singles()[:2]]
+    with threadpool_limits(2, user_api="blas"):
+        identify_multiaxis(light, tell=told)
+    assert set(seen) == {1}
+
+
+def test_noise_and_steps_of_a_recorder_are_no_motion_and_a_fast_small_motion_is_one() -> None:
+    rng, t = np.random.default_rng(1), np.arange(2000) / 200.0
+    noise = 1e-5 * rng.standard_normal(2000)
+    assert not moves(2e-3 + noise)
+    assert not moves(np.full(2000, 0.1))
+    assert not moves(np.round((2.4e-4 + noise) / 1e-4) * 1e-4)  # between two values of a recorder
+    assert not moves(np.where(t > 5.0, 1e-5, 0.0))  # one step of a recorder
+    assert moves(5e-5 * np.sin(2.0 * np.pi * 20.0 * t) + noise)
+    assert moves(5e-5 * np.sin(2.0 * np.pi * 0.1 * t) + noise)
+
+
+def test_runs_that_move_one_axis_alone_make_no_model_of_several() -> None:
+    first = with_noise(singles()[0], MOTIONS, 0.01, 1)
+    with pytest.raises(DataError, match=r"the runs move displacement; displacement_y, .* are held, but for noise"):
+        identify_multiaxis([first])
 
 
 def test_tests_that_cannot_be_superposed_are_refused_in_one_line() -> None:

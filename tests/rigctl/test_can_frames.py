@@ -17,7 +17,7 @@ from rigctl import can_further, scaling
 from rigctl.bus_load import bus_load, check_bus
 from rigctl.device import Fault, PressureStage
 from rigctl.errors import LimitError
-from rigctl.runfile import FURTHER_AXES
+from rigctl.further_axes import FURTHER_AXES
 
 FOLDER = Path(rigctl.__file__).parent
 CLASSIC: Any = cantools.database.load_file(FOLDER / "damper_rig.dbc")

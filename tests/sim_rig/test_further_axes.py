@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,12 @@ import pytest
 from excitation.kinds import Kind
 from excitation.plan import Test
 from excitation.signal import Excitation
-from rigctl.errors import RequestDenied
+from rigctl.errors import InterlockTripped, LimitError, RequestDenied
+from rigctl.further_axes import FURTHER_AXES
+from rigctl.interlocks import interlock
 from rigctl.limits import Configuration
 from rigctl.player import PlayerSettings, play
-from rigctl.runfile import FURTHER_AXES, read_run
+from rigctl.runfile import read_run
 from rigctl.transport import Capability
 from sim_rig.errors import SpecimenError
 from sim_rig.multi_axis import ANTI_YAW
@@ -69,6 +72,29 @@ def test_a_run_holds_the_channels_of_every_axis(wire: str, clock: Any, tmp_path:
     assert np.std(run.channels["force"]) > 1e3
     assert np.std(run.channels["force_y"]) > 2 * NOISE[5]  # the turned damper's force has a part along y
     assert np.corrcoef(run.channels["force_y"], run.channels["force"])[0, 1] > 0.8
+
+
+@pytest.mark.parametrize("wire", WIRES)
+def test_a_load_of_a_further_axis_beyond_its_limit_stops_the_test(wire: str, clock: Any, tmp_path: Path) -> None:
+    rig = Rig(clock)
+    whole = rig.play(wire, a_test(400), tmp_path / "whole").channels["force_y"]
+    limit = 0.5 * float(np.max(np.abs(whole)))
+    settings = replace(QUICK, interlocks=(interlock(f"force_y:{-limit:g}:{limit:g}:stop"),))
+    with pytest.raises(InterlockTripped, match="interlock: force_y outside"):
+        play(wire_to(wire, Rig(clock).rig, clock), a_test(2000), tmp_path, clock=clock, settings=settings)
+    (path,) = tmp_path.glob("*.h5")
+    run = read_run(path)
+    assert run.status == "aborted"
+    assert run.samples < 2000
+
+
+def test_a_rig_of_one_axis_has_no_interlock_on_a_further_one(bench: Callable[..., Any], tmp_path: Path) -> None:
+    b = bench()
+    settings = replace(QUICK, interlocks=(interlock("torque_z:-10:10:stop"),))
+    with pytest.raises(LimitError, match="the rig does not measure torque_z: take the interlock out"):
+        play(wire_to("can", b.rig, b.clock), a_test(60), tmp_path, clock=b.clock, settings=settings)
+    with pytest.raises(LimitError, match="nothing would end the hold: use stop or indicate"):
+        interlock("torque_z:-10:10:hold")
 
 
 def test_every_wire_brings_the_same_samples(clock: Any, tmp_path: Path) -> None:
