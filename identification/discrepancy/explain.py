@@ -256,12 +256,14 @@ def _fit_final(result: SearchResult) -> Model:
 
 
 def _without_harm(result: SearchResult, final: Model, base: Model) -> tuple[SearchResult, Model]:
-    """The result and its model, less the least likely names as long as held-out runs are worse than with the base."""
+    """The result and its model, less the least likely names as long as held-out runs are worse than with the base; the
+    base itself where no name is left and its own curves were bent in vain."""
     limit = _misfit(base, result.held) + CHANCE.slack
     while result.found.names and _misfit(final, result.held) > limit:
         result = without_least_confident(result)
         final = _fit_final(result) if result.names else base
-    return result, final
+    in_vain = not result.names and _misfit(final, result.held) > limit
+    return result, base if in_vain else final
 
 
 def _misfit(model: Model, records: Sequence[Record]) -> float:
