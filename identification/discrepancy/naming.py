@@ -193,6 +193,32 @@ def drop_preloads(state: Search, records: Sequence[Record]) -> Search:
     return state
 
 
+def merge_names(state: Search, records: Sequence[Record]) -> Search:
+    """Put one element in the place of those whose work it does alone, where it fits as well: one cause, not several."""
+    for name, spec in CATALOGUE.items():
+        parts = [n for n in state.names if name_of(n) in spec.does_both]
+        if spec.does_both and len(parts) == len(spec.does_both):
+            with suppress(SimulationError):
+                state = _merged(state, name, parts, records)
+    return state
+
+
+def _merged(state: Search, name: str, parts: Sequence[str], records: Sequence[Record]) -> Search:
+    """The state with one element in the place of `parts`, by id; as it is where that fits worse than its form may."""
+    model = state.fit.model
+    for part in parts:
+        model = model.without(part)
+    rest = fit_records(model, records)
+    alone = replace(
+        state, fit=rest, names=tuple(n for n in state.names if n not in parts), excess=excess_of(rest),
+    )  # fmt: skip
+    tried = trials(rest, _given_with_names(alone), records)
+    one = next((t for t in tried if t.name == name and choose([t]) is not None), None)
+    if one is None or one.excess > state.excess + tolerance(one) + CHANCE.slack:
+        return state
+    return replace(_append_name(alone, one, tried), before=state.before)
+
+
 def improve_once(state: Search, records: Sequence[Record], revise: Revise | None = None) -> Search | None:
     """Add the best further name; None where none closes enough.
 

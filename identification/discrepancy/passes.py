@@ -15,6 +15,7 @@ from identification.discrepancy.naming import (
     drop_preloads,
     fit_without,
     gap_remains,
+    merge_names,
     steps,
 )
 from identification.discrepancy.search import search
@@ -91,7 +92,7 @@ def _standing(found: Search, records: Sequence[Record], held_out: Sequence[Recor
 
 
 def _judged(found: Search, records: Sequence[Record], held_out: Sequence[Record]) -> Found:
-    found, evidence, withheld = drop_doubtful(found, records, held_out)
+    found, evidence, withheld = drop_doubtful(merge_names(found, records), records, held_out)
     return drop_departures(found, records), evidence, withheld
 
 

@@ -161,6 +161,7 @@ class ElementSpec:
     alias: Alias | None = None  # what looks the same under any motion
     departure: Departure | None = None  # when it is no effect of its own
     growth: Growth | None = None  # out of a simpler element, where a fit has lost what the name says
+    does_both: tuple[str, ...] = ()  # elements whose work it does alone: tried in their place where all are named
     limits_of: tuple[Growth, ...] = ()  # richer elements of which it is a limit: tried wherever one of these fits
     # Whether the values take more than one cause: of two elements that fit alike the other one is named.
     unlikely: Callable[[Values], bool] | None = None

@@ -50,6 +50,7 @@ ROWS: Final = (
         ),
         starts=lambda s: [{"f0": s.gap, "length": part * s.x_max, "n": 1.3} for part in (2.5, 1.3)],
         linear_in_velocity=True,
+        does_both=("force_offset", "linear_stiffness"),
         alias=Alias("for its preload, an offset of the load cell", UNBOLTED),
     ),
     ElementSpec(
