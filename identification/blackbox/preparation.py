@@ -12,9 +12,10 @@ from scipy.signal import resample_poly
 from identification.blackbox.samples import Course
 from identification.errors import DataError
 from identification.models.inputs import MEASURED, with_measured
-from identification.models.protocol import SIGNALS, SimulationModel
+from identification.models.protocol import SimulationModel
 from identification.models.simulation import name_of
 from identification.record import compact, record_from_run
+from identification.signals import SIGNALS
 from rigctl.runfile import Run
 
 _LARGEST_PART = 1000  # of the ratio of two rates
