@@ -7,7 +7,6 @@ from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
-from scipy.signal import resample_poly
 
 from identification.blackbox.samples import Course
 from identification.errors import DataError
@@ -87,6 +86,8 @@ def resampled(run: Run, rate_hz: float) -> Run:
         raise DataError(
             f"{name_of(run)}: {run.sample_rate_hz:g} Hz can't be brought to {rate_hz:g} Hz by a simple ratio"
         )
+    from scipy.signal import resample_poly  # 0.3 s to import: only where it is needed
+
     count = -(-run.samples * up // down)
     nearest = np.minimum(np.arange(count) * down // up, run.samples - 1)
     channels = {
