@@ -60,10 +60,24 @@ def test_help_loads_none_of_the_heavy_libraries() -> None:
 
 
 def test_a_notebook_loads_no_service_and_no_library_that_it_does_not_use() -> None:
-    absent = ("api", "fastapi", "sqlalchemy", "pandas", "xarray", "IPython")
+    absent = ("api", "fastapi", "sqlalchemy", "pandas", "xarray", "IPython", "scipy.signal", "scipy.stats")
     code = f"import sys, damper_rig; print([m for m in {absent} if m in sys.modules])"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     assert said.stdout.strip() == "[]"
+
+
+def test_a_service_and_a_worker_start_without_the_libraries_of_the_work_of_jobs() -> None:
+    code = "import sys, api.app, api.campaigns.worker; "
+    code += "print({m.split('.')[0] for m in sys.modules} & {'scipy', 'numba', 'plotly'})"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert said.stdout.strip() == "set()"
+
+
+def test_the_process_of_an_fmu_loads_no_model_before_it_begins() -> None:
+    code = "import sys, identification.fmu_process.live_process, identification.fmu_process.simulate; "
+    code += "print({'numba', 'scipy', 'identification.models'} & sys.modules.keys())"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert said.stdout.strip() == "set()"
 
 
 def test_every_package_says_what_it_exports() -> None:

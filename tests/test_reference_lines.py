@@ -165,7 +165,9 @@ def of_controllers() -> list[str]:
 def test_a_record_of_a_second_instrument_is_aligned_by_the_lines_of_the_page(place: Place) -> None:
     align, sim, run = of_controllers()[2:]
     (steps,) = (text for text in blocks(DOCS / "controllers.md", "toml") if "steps.toml" in text)
-    (place.folder / "steps.toml").write_text(steps, encoding="utf-8")
+    half = steps.replace("cycles = 16", "cycles = 8")  # it is played in real time
+    assert half != steps
+    (place.folder / "steps.toml").write_text(half, encoding="utf-8")
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         amplifier = f"127.0.0.1:{free.getsockname()[1]}"

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from math import isnan
 
 from excitation import Envelope, TestPlan
-from excitation.analysis import spoiled_in
 from excitation.envelope import temperatures
 from excitation.prediction import Prediction, predict
 from excitation.rig import MotionLimits
@@ -42,6 +41,8 @@ class CampaignEstimate:
 
 def estimate(plan: TestPlan, envelopes: Sequence[Envelope]) -> CampaignEstimate:
     """The estimate of a plan; force and heat are those of the first envelope that describes the specimen."""
+    from excitation.analysis import spoiled_in  # with scipy 0.2 s to import: not at the start of the service
+
     envelope = next((one for one in envelopes if one.specimen is not None), envelopes[0] if envelopes else _ANY)
     predictions = tuple(predict(test.excitation, envelope) for test in plan.tests)
     degc = [None if isnan(one) else one for one in temperatures(plan, predictions, envelope)]

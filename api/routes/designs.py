@@ -25,7 +25,6 @@ from api.service import Service, ServiceDep
 from api.store.designs import Design
 from api.store.samples import KIND, names_of_samples, plays_samples
 from excitation import Test, TestPlan
-from excitation.analysis import spoiled_in
 from excitation.plan import MakeExcitation, conditions_of, config_of
 
 __all__ = ["router"]
@@ -179,6 +178,8 @@ def _store(
     service: Service, creation: Creation, new: NewDesign, plan: TestPlan, *, keep: Callable[[], None] = lambda: None
 ) -> Response:
     """The answer for a design that is stored with the samples that ``keep`` stores."""
+    from excitation.analysis import spoiled_in  # with scipy 0.2 s to import: not at the start of the service
+
     tests = [_config(test, given) for test, given in zip(plan.tests, new.tests, strict=True)]
     warm_up = None if plan.warm_up is None or new.warm_up is None else _config(plan.warm_up, new.warm_up)
 

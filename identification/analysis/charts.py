@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -12,12 +13,24 @@ from plotly.subplots import make_subplots
 from excitation.analysis import Analysis, Level, Levels, Response
 from identification.page_style import CLEAR, COLOURS, LAYOUT
 
-__all__ = ["charts", "coherence", "force_spectrum", "over_levels", "over_time", "own_charts", "response", "responses"]
+__all__ = [
+    "charts",
+    "coherence",
+    "force_spectrum",
+    "log_axis",
+    "over_levels",
+    "over_time",
+    "own_charts",
+    "response",
+    "responses",
+]
 
 Floats = NDArray[np.float64]
 
 _LOWEST = 0.1  # of a magnitude: a lower end of its band is not drawn on the logarithmic axis
 _POINTS = 4000  # of a curve: a screen shows no more
+_DECADES = 4  # of an axis: three marks in each have room up to here
+_EACH = 20  # periods: so many have a mark each
 _KINDS = {
     "force": ("force on the driven lines", COLOURS[3], "circle"),
     "odd": ("odd distortion", COLOURS[1], "triangle-up"),
@@ -63,8 +76,9 @@ def force_spectrum(found: Analysis) -> go.Figure:
                 x=one.frequency_hz[every], y=_shown(one.smooth[every]), mode="lines", legendgroup=one.kind,
                 name=label, line={"color": colour, "width": 2},
             )  # fmt: skip
-    figure.update_xaxes(title="frequency, Hz", type="log")
-    figure.update_yaxes(title="force on a line, N rms", type="log", exponentformat="power")
+    frequencies, forces = (_all(getattr(one, name) for one in found.spectrum) for name in ("frequency_hz", "rms"))
+    figure.update_xaxes(title="frequency, Hz", **log_axis(frequencies))
+    figure.update_yaxes(title="force on a line, N rms", **log_axis(forces))
     return _laid_out(figure, "Spectrum of the force", 480)
 
 
@@ -79,9 +93,11 @@ def responses(named: Sequence[tuple[str, Response]]) -> go.Figure:
     figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.06, row_heights=[0.62, 0.38])
     for number, (name, one) in enumerate(named):
         _add_response(figure, one, name, COLOURS[number % len(COLOURS)], number)
-    figure.update_xaxes(type="log")
+    figure.update_xaxes(**log_axis(_all(one.frequency_hz for _, one in named)))
     figure.update_xaxes(title="frequency, Hz", row=2, col=1)
-    figure.update_yaxes(title=f"magnitude, {unit}", type="log", exponentformat="power", row=1, col=1)
+    figure.update_yaxes(
+        title=f"magnitude, {unit}", row=1, col=1, **log_axis(_all(np.abs(one.value) for _, one in named))
+    )
     figure.update_yaxes(title="phase, °", row=2, col=1)
     return _laid_out(figure, title, 520)
 
@@ -174,7 +190,7 @@ def coherence(found: Analysis) -> go.Figure:
                 x=found.frequency_hz[every], y=values[every], mode="lines+markers", name=name, marker={"size": 4},
                 line={"color": colour, "width": 1.5},
             )  # fmt: skip
-    figure.update_xaxes(title="frequency, Hz", type="log")
+    figure.update_xaxes(title="frequency, Hz", **log_axis(found.frequency_hz))
     figure.update_yaxes(title="coherence")
     return _laid_out(figure, "Coherence: linear share of the force", 360)
 
@@ -190,10 +206,35 @@ def over_time(found: Analysis) -> go.Figure:
                 x=count, y=values, mode="lines+markers", name=trend.name, legendgroup=trend.name, showlegend=row == 1,
                 error_y=error if row == 1 else None, line={"color": colour, "width": 1.5}, row=row, col=1,
             )  # fmt: skip
+    most = max(trend.gain.size for trend in found.variation.trends)
+    figure.update_xaxes(dtick=1 if most <= _EACH else None)
     figure.update_xaxes(title="period", row=2, col=1)
     figure.update_yaxes(title="change of the force, %", row=1, col=1)
     figure.update_yaxes(title="mean force, N", row=2, col=1)
     return _laid_out(figure, "From period to period", 540)
+
+
+def log_axis(values: Floats) -> dict[str, Any]:
+    """A logarithmic axis whose marks are written out: where plotly writes the first digit alone, 2 may be 20.
+
+    Over a decade or more the marks are 1, 2 and 5, over many decades 1. Any: arguments of plotly.
+    """
+    known = values[np.isfinite(values) & (values > 0.0)]
+    if known.size == 0 or (low := float(known.min())) * 10.0 > (high := float(known.max())):
+        return {"type": "log"}
+    first, last = int(np.floor(np.log10(low))), int(np.ceil(np.log10(high)))
+    digits = (1, 2, 5) if last - first <= _DECADES else (1,)
+    marks = [digit * 10.0**power for power in range(first, last + 1) for digit in digits]
+    return {"type": "log", "tickvals": marks, "ticktext": [_number(mark) for mark in marks]}
+
+
+def _number(value: float) -> str:
+    """With a thin space after each three digits."""
+    return f"{value:,.0f}".replace(",", "\u2009") if value >= 1.0 else f"{value:g}"
+
+
+def _all(parts: Iterable[Floats]) -> Floats:
+    return np.concatenate([np.zeros(0), *parts])
 
 
 def _shown(values: Floats) -> list[float | None]:

@@ -22,6 +22,7 @@ PICK_UP_A = 0.01
 # Difference of held currents within which they are one: amplifiers and their sensors are off by 1 to 3 %, plans step by
 # a tenth of an ampere or more. A tenth mixes levels; a third of it takes repetitions apart.
 _HELD_A, _HELD_SHARE = 0.03, 0.05
+_SHOWN_A = 4  # digits of a mean current after the point: a tenth of a milliampere is less than any sensor tells
 # Share of the lines of two runs that are common: those at the end of a steep spectrum may differ.
 _SAME_LINES = 0.9
 
@@ -60,7 +61,8 @@ class Setting:
         if self.current_mean_a is None:
             return motion
         moving = f" ± {self.current_rms_a:.2g} A rms" if self.current_rms_a else " A"
-        return f"{motion}, {self.current_mean_a:.3g}{moving}"
+        mean = round(self.current_mean_a, _SHOWN_A) + 0.0  # no −0, and no rounding of a sum over a period
+        return f"{motion}, {mean:.3g}{moving}"
 
 
 def same_current(one: float | None, other: float | None, moving_rms_a: float = 0.0) -> bool:

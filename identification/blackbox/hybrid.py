@@ -16,8 +16,9 @@ from identification.blackbox.scaling import MARGIN
 from identification.errors import ModelError, SimulationError
 from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, model_from_json
 from identification.models.motion import Motion
-from identification.models.protocol import SIGNALS, SimulationModel, TrainingRange
+from identification.models.protocol import SimulationModel, TrainingRange
 from identification.models.stepping import Moment, Steppable
+from identification.signals import SIGNALS
 
 if TYPE_CHECKING:
     from identification.blackbox.stepping import HybridStepper

@@ -21,7 +21,7 @@ from identification.blackbox.scaling import Scale, Scales
 from identification.blackbox.structure import FORCE, MODEL, Structure, regressors
 from identification.errors import ModelError
 from identification.models.modelfile import Json, kind_of
-from identification.models.protocol import SIGNALS
+from identification.signals import SIGNALS
 
 Floats = NDArray[np.float64]
 

@@ -7,14 +7,14 @@ from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
-from scipy.signal import resample_poly
 
 from identification.blackbox.samples import Course
 from identification.errors import DataError
 from identification.models.inputs import MEASURED, with_measured
-from identification.models.protocol import SIGNALS, SimulationModel
+from identification.models.protocol import SimulationModel
 from identification.models.simulation import name_of
 from identification.record import compact, record_from_run
+from identification.signals import SIGNALS
 from rigctl.runfile import Run
 
 _LARGEST_PART = 1000  # of the ratio of two rates
@@ -86,6 +86,8 @@ def resampled(run: Run, rate_hz: float) -> Run:
         raise DataError(
             f"{name_of(run)}: {run.sample_rate_hz:g} Hz can't be brought to {rate_hz:g} Hz by a simple ratio"
         )
+    from scipy.signal import resample_poly  # 0.3 s to import: only where it is needed
+
     count = -(-run.samples * up // down)
     nearest = np.minimum(np.arange(count) * down // up, run.samples - 1)
     channels = {

@@ -13,7 +13,7 @@ from identification.blackbox.scaling import Scales, seen
 from identification.blackbox.stops import LIMITS, stopped
 from identification.blackbox.structure import FORCE, MODEL, Structure
 from identification.models.motion import Motion
-from identification.models.protocol import SIGNALS
+from identification.signals import SIGNALS
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

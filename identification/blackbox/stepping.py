@@ -18,8 +18,8 @@ from identification.blackbox.samples import LEAD, Samples
 from identification.blackbox.scaling import MARGIN, Scales
 from identification.blackbox.stops import LIMITS, stopped_once
 from identification.blackbox.structure import FORCE, MODEL, SYMBOLS, Structure
-from identification.models.protocol import SIGNALS
 from identification.models.stepping import Moment, Stepper
+from identification.signals import SIGNALS
 
 if TYPE_CHECKING:
     from identification.blackbox.hybrid import Hybrid

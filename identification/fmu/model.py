@@ -11,15 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import IdentificationError, ModelError
-from identification.fmu.live_process import LiveProcess
-from identification.fmu.process import ForeignProcess
-from identification.fmu.simulate import Described, Task, described, forces, opened
 from identification.fmu.stepping import FmuStepper
-from identification.fmu.wiring import Wire, Wiring
-from identification.models.choice import Choice
+from identification.fmu_process.choice import Choice
+from identification.fmu_process.live_process import LiveProcess
+from identification.fmu_process.process import ForeignProcess
+from identification.fmu_process.simulate import Described, Task, described, forces, opened
+from identification.fmu_process.wiring import Wire, Wiring
 from identification.models.motion import Motion
-from identification.models.protocol import SIGNALS, TrainingRange
+from identification.models.protocol import TrainingRange
 from identification.models.simulation import with_simulation
+from identification.signals import SIGNALS
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from identification.fmu.live import Opening, Values
-from identification.fmu.live_process import LiveProcess
-from identification.fmu.wiring import Wiring
-from identification.models.protocol import SIGNALS
+from identification.fmu_process.live import Opening, Values
+from identification.fmu_process.live_process import LiveProcess
+from identification.fmu_process.wiring import Wiring
 from identification.models.stepping import Moment
+from identification.signals import SIGNALS
 
 # How fast the slope of the guess forgets: 0.9 is the last ten samples. 0.5 follows noise, 0.99 a damper of before.
 _FORGETS = 0.9

@@ -1,6 +1,6 @@
 """Models of any kind, which give a force from a motion: what all kinds share."""
 
-from identification.models.choice import Choice
+from identification.fmu_process.choice import Choice
 from identification.models.compare import Comparison, compare, comparison_data, comparison_text
 from identification.models.inputs import motion_from, motion_of
 from identification.models.measures import Score, score, score_signals

@@ -13,7 +13,7 @@ from typing import Any, Final
 from excitation.atomic import written_whole
 from excitation.untrusted import parse_json
 from identification.errors import ModelError, ModelFileError
-from identification.models.choice import Choice
+from identification.fmu_process.choice import Choice
 from identification.models.not_a_model import not_a_model
 from identification.models.protocol import SimulationModel
 

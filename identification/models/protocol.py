@@ -12,17 +12,9 @@ from numpy.typing import NDArray
 
 from identification.errors import ModelError
 from identification.models.motion import Motion
+from identification.signals import SIGNALS
 
 Floats = NDArray[np.float64]
-
-SIGNALS: Mapping[str, str] = {
-    "displacement": "x",
-    "velocity": "v",
-    "acceleration": "a",
-    "current": "i",
-    "temperature": "temperature",
-}
-"""The signals of a motion: name of the channel, and of the series in `Motion`."""
 
 
 @dataclass(frozen=True, slots=True)

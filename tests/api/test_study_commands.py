@@ -118,7 +118,7 @@ SIMPLE = {
     "format": "damper-rig/model", "format_version": 1, "name": "simple", "kind": "physical",
     "paths": {"core": [
         {"element": "viscous_damping", "parameters": {"c": 40_000.0}},
-        {"element": "coulomb_friction", "parameters": {"f_c": 100.0}},
+        {"element": "linear_stiffness", "parameters": {"k": 1000.0}},
     ]},
 }  # fmt: skip
 PLAN = {"step": [{"name": "stroke", "output": "stroke", "seconds": 3.0}]}

@@ -13,6 +13,7 @@ import damper_rig as dr
 from api.cli.main import main
 from excitation.errors import AnalysisError
 from identification.analysis import analyse_levels, analyse_runs, analysis_data, analysis_html, analysis_text
+from identification.analysis.charts import log_axis
 from identification.errors import DataError
 from rigctl.runfile import Run, write_run
 from tests.identification.multisine_runs import multisine_run
@@ -212,6 +213,7 @@ def test_a_level_that_cannot_be_told_apart_is_named_with_its_reason_and_the_othe
     assert "drive the same lines and 1 realisation is given" in refused["reason"]
     assert refused["runs"] == ["run0.h5"]
     assert "1 realisation is given" in page.read_text()
+    assert ", 0 ± 0.2 A rms" in page.read_text()  # the sum over a period leaves a mean of 6e-19 A
     mine = dr.analyse(dr.load(*paths))
     assert [one.runs for one in mine.found.refused] == [("run0.h5",)]
     assert "not analysed: " in repr(mine)
@@ -255,3 +257,24 @@ def test_a_wrong_command_is_refused_before_it_reads(words: list[str], due: str, 
     said = capsys.readouterr().err
     assert due in said
     assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "marks"),
+    [
+        (1.5, 24.5, ["1", "2", "5", "10", "20", "50", "100", "200", "500"]),
+        (9e3, 4e5, ["1\u2009000", "2\u2009000", "5\u2009000", "10\u2009000"]),
+        (0.003, 5.0, ["0.001", "0.002", "0.005", "0.01"]),
+        (1e-4, 100.0, ["0.0001", "0.001", "0.01", "0.1", "1", "10", "100"]),
+    ],
+)
+def test_the_marks_of_a_logarithmic_axis_are_written_out(low: float, high: float, marks: list[str]) -> None:
+    axis = log_axis(np.array([np.nan, 0.0, low, high]))
+    assert axis["ticktext"][: len(marks)] == marks
+    assert axis["tickvals"][0] <= low < high <= axis["tickvals"][-1]
+    assert [float(text.replace("\u2009", "")) for text in axis["ticktext"]] == pytest.approx(axis["tickvals"])
+
+
+@pytest.mark.parametrize("values", [[], [0.0, np.nan], [1000.0, 2200.0]])
+def test_within_a_decade_the_marks_are_those_of_plotly(values: list[float]) -> None:
+    assert log_axis(np.array(values)) == {"type": "log"}

@@ -15,7 +15,7 @@ from api.cli.main import main
 from identification.discrepancy import explain
 from identification.errors import DataError, ModelError, SimulationError
 from identification.fmu import Choice, Patience, open_fmu, with_fmu
-from identification.fmu.wiring import Variable, wired
+from identification.fmu_process.wiring import Variable, wired
 from identification.models import simulate_run
 from identification.physical.model import Model, element
 from identification.physical.modelfile import write_model

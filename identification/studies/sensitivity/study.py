@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import sobol_indices, uniform
 
 from identification.compute import run
 from identification.errors import DataError
@@ -128,6 +127,8 @@ def _saltelli(
     task: _Changes, grid: Floats, asked: Sensitivity, journal: Path | None, tell: Tell
 ) -> tuple[Floats, tuple[Floats, Floats]]:
     """The changes of the grid, and the indices of first order and total, all simulated in one go."""
+    from scipy.stats import sobol_indices, uniform  # 0.3 s to import: only where it is needed
+
     box: Any = uniform(min(asked.levels), np.ptp(asked.levels))  # Any: the stubs know only scalar quantiles
     taken: list[Floats] = []
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from excitation.configuration import STRICT
 from identification.errors import ModelError
 from identification.fmu import Described, Variable, describe_fmu
-from identification.fmu.live import Opening, Values
-from identification.fmu.live_process import LiveProcess
+from identification.fmu_process.live import Opening, Values
+from identification.fmu_process.live_process import LiveProcess
 
 Floats = NDArray[np.float64]
 

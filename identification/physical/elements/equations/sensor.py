@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from identification.models.motion import Motion
 from identification.physical.elements.spec import ElementSpec
@@ -46,6 +45,8 @@ def lagged(series: Floats, lag: float, motion: Motion) -> Floats:
     """
     if lag <= 0.0 or series.shape[0] < 2:
         return series
+    from scipy.signal import lfilter  # 0.3 s to import: only where it is needed
+
     h = motion.dt
     q = float(np.exp(-h / lag))
     g = (1.0 - q) * lag / h

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import SimulationError
-from identification.fmu.abilities import can
-from identification.fmu.simulate import TOLERANCE, substeps_of
+from identification.fmu_process.abilities import can
+from identification.fmu_process.simulate import TOLERANCE, substeps_of
 
 Floats = NDArray[np.float64]
 Values = tuple[float, ...]

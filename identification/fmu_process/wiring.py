@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from identification.errors import ModelError
-from identification.models.choice import Choice
-from identification.models.protocol import SIGNALS
+from identification.fmu_process.choice import Choice
+from identification.signals import SIGNALS
 
 INPUTS = tuple(SIGNALS)
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from identification.errors import ModelError
-from identification.models.protocol import SIGNALS
+from identification.signals import SIGNALS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

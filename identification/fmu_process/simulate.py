@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import ModelError, SimulationError
-from identification.fmu.abilities import Can, can
-from identification.fmu.wiring import DIMENSIONS, Variable, Wiring, wired
-from identification.models.choice import Choice
+from identification.fmu_process.abilities import Can, can
+from identification.fmu_process.choice import Choice
+from identification.fmu_process.wiring import DIMENSIONS, Variable, Wiring, wired
 
 Floats = NDArray[np.float64]
 

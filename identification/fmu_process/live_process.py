@@ -13,8 +13,8 @@ from threading import Lock
 from typing import Any
 
 from identification.errors import SimulationError
-from identification.fmu.live import Instance, Opening, Values
-from identification.fmu.process import quiet
+from identification.fmu_process.live import Instance, Opening, Values
+from identification.fmu_process.process import quiet
 
 _END_S = 5.0
 
