@@ -39,7 +39,8 @@ class Chance:
 
     near_floor: float = 0.35
     """Residual over noise: less is not told from noise on one run. It raises the rms by 6 %, which is what the floor of
-    a run is known to. Half: 1.5 %, and more gaps are explained only in part; double: 22 %. Read off kept outcomes."""
+    a run is known to. Two models that differ by less on a test are not told apart by it. Half: 1.5 %, and more gaps are
+    explained only in part; double: 22 %. Read off kept outcomes."""
 
     at_noise: float = 0.02
     """Excess for each sample that does not show: 1 % of the rms. A fit has met the noise there, and no other start or
@@ -225,10 +226,6 @@ class Text:
 
     sure: float = 0.9
     """Confidence below which the next test is worth its rig time."""
-
-    tells: float = 1.0
-    """Difference of two models on a test, in standard deviations of the noise, from which it is proposed: the form of
-    either may be off by as much as less, and no reader sees it in a trace."""
 
     few_runs: int = 2
     """Training runs: with fewer, too much is unseen not to propose another."""

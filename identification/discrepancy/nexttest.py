@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from excitation.kinds import Kind
 from excitation.plan import test_from_config
 from identification.compute import run, run_here
-from identification.criteria import TEXT
+from identification.criteria import CHANCE, TEXT
 from identification.discrepancy.explanation import NextTest
 from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import orthonormal
@@ -53,12 +53,13 @@ def propose(found: Search, uncertain: str | None, records: Sequence[Record]) -> 
         worth = [(value, config) for value, (config, _) in zip(values, unseen, strict=True) if value is not None]
     if not worth:
         return _explore(unseen, records)
-    if max(value for value, _ in worth) < TEXT.tells:
+    telling = [(value, config) for value, config in worth if value >= CHANCE.near_floor]
+    if not telling:
         return NextTest(
             text=f"no test within the motion seen so far {words} beyond the noise: a larger stroke, a higher speed or "
             "another current may"
         )
-    rms, config = max(worth, key=lambda w: w[0] / max(seconds_of(w[1]), TEXT.least_test_s))
+    rms, config = max(telling, key=lambda w: w[0] / max(seconds_of(w[1]), TEXT.least_test_s))
     return NextTest(
         text=f"{in_words(config)} {words}: there the two models differ by {rms:.2g} × the noise after any refit",
         design=config,
