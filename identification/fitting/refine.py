@@ -57,13 +57,21 @@ def _neutral(spec: ParameterSpec) -> Parameter:
 
 
 def _refitted(fit: Fit, index: int, parameters: tuple[Parameter, ...], records: Sequence[Record]) -> Fit:
-    """The fit with other parameters of one element; as it is where the model can't run with them."""
+    """The fit with other parameters of one element; as it is where the model can't run with them, or where they deny
+    the element's name."""
     elements = list(fit.model.elements)
     elements[index] = replace(elements[index], parameters=parameters)
     model = replace(fit.model, elements=tuple(elements))
     with suppress(SimulationError):
-        return fit_records(model, records, max_iterations=BUDGET.fit_iterations, tolerance=BUDGET.flat)
+        finer = fit_records(model, records, max_iterations=BUDGET.fit_iterations, tolerance=BUDGET.flat)
+        return finer if not _is_denied(finer.model, index) or _is_denied(fit.model, index) else fit
     return fit
+
+
+def _is_denied(model: Model, index: int) -> bool:
+    own = model.elements[index]
+    others = [e.spec for e in model.elements if e is not own]
+    return own.spec.denied is not None and own.spec.denied(own.values(), others)
 
 
 def refine_curves(fit: Fit, records: Sequence[Record]) -> Fit:

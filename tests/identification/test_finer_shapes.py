@@ -9,6 +9,7 @@ import pytest
 
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import refine_curves
+from identification.physical.elements import CATALOGUE
 from identification.physical.model import element
 from identification.record import compact, record_from_run
 from tests.identification.specimens import AS_SIMULATED, FS, run
@@ -38,3 +39,12 @@ def test_an_asymmetry_that_follows_the_current_gets_its_slope() -> None:
 def test_one_that_does_not_keeps_its_canonical_form() -> None:
     own = refined(0.0).model.element("damping_asymmetry")
     assert own.values() == {"c_a": pytest.approx(150.0, rel=0.05), "c_a_control": 0.0, "share": 0.0}
+
+
+def test_a_skew_that_is_early_and_lags_as_much_is_a_mere_shape_and_denies_its_name() -> None:
+    denied = CATALOGUE["force_delay"].denied
+    assert denied is not None
+    assert denied({"tau": -5e-4, "lag": 5e-4}, [])
+    assert not denied({"tau": -1e-3, "lag": 0.0}, [])  # a late displacement
+    assert not denied({"tau": -1e-4, "lag": 0.02}, [])  # a low-pass of first order, to the accuracy of a fit
+    assert not denied({"tau": 2e-3, "lag": 3e-3}, [])
