@@ -17,8 +17,8 @@ from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import refine_curve
-from identification.physical.elements import CATALOGUE, Curve, ElementSpec, Growth, Surroundings
-from identification.physical.model import Element, Model
+from identification.physical.elements import CATALOGUE, Curve, Growth, Surroundings
+from identification.physical.model import Element, Model, denies_its_name
 from identification.record import Record
 from identification.scales import scales_of
 
@@ -326,7 +326,7 @@ def _at_noise(fit: Fit) -> bool:
 
 def _merit(fit: Fit) -> tuple[bool, float]:
     """Sort key of fits: first whether an element contradicts its name, then the misfit."""
-    return any(_denies(e, fit.model) for e in fit.model.elements), fit.chi2
+    return any(denies_its_name(e, fit.model) for e in fit.model.elements), fit.chi2
 
 
 def _other_starts(model: Model, given: Model, starts: Sequence[tuple[float, Element]]) -> list[Model]:
@@ -382,15 +382,7 @@ def complexity(trial: Trial) -> float:
 
 def contradicts_itself(trial: Trial) -> bool:
     """Whether the fit made of the element what its name denies, such as a Stribeck curve that rises."""
-    return _denies(trial.own, trial.fit.model)
-
-
-def _denies(own: Element, model: Model) -> bool:
-    return own.spec.denied is not None and own.spec.denied(own.values(), _others(own, model))
-
-
-def _others(own: Element, model: Model) -> list[ElementSpec]:
-    return [e.spec for e in model.elements if e is not own]
+    return denies_its_name(trial.own, trial.fit.model)
 
 
 def overpowers(trial: Trial) -> bool:
@@ -403,7 +395,7 @@ def overpowers(trial: Trial) -> bool:
 def is_mistaken(trial: Trial) -> bool:
     """Whether the fit made of the element what another one is, such as a play that only gives way."""
     own = trial.own
-    others = _others(own, trial.fit.model)
+    others = [e.spec for e in trial.fit.model.elements if e is not own]
     around = Surroundings(others=others, force=trial.force, stroke=trial.stroke, swing=trial.swing)
     return own.spec.mistaken is not None and own.spec.mistaken(own.values(), around)
 

@@ -10,7 +10,7 @@ from identification.criteria import BUDGET, CHANCE, FORM
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.physical.elements import ParameterSpec
-from identification.physical.model import Model, Parameter
+from identification.physical.model import Model, Parameter, denies_its_name
 from identification.record import Record
 from identification.scales import scales_of
 
@@ -64,14 +64,9 @@ def _refitted(fit: Fit, index: int, parameters: tuple[Parameter, ...], records: 
     model = replace(fit.model, elements=tuple(elements))
     with suppress(SimulationError):
         finer = fit_records(model, records, max_iterations=BUDGET.fit_iterations, tolerance=BUDGET.flat)
-        return finer if not _is_denied(finer.model, index) or _is_denied(fit.model, index) else fit
+        before, after = (denies_its_name(f.model.elements[index], f.model) for f in (fit, finer))
+        return finer if before or not after else fit
     return fit
-
-
-def _is_denied(model: Model, index: int) -> bool:
-    own = model.elements[index]
-    others = [e.spec for e in model.elements if e is not own]
-    return own.spec.denied is not None and own.spec.denied(own.values(), others)
 
 
 def refine_curves(fit: Fit, records: Sequence[Record]) -> Fit:

@@ -271,6 +271,12 @@ def _free_id(name: str, taken: Collection[str]) -> str:
     return next(i for i in (name, *(f"{name}#{k}" for k in range(2, len(taken) + 3))) if i not in taken)
 
 
+def denies_its_name(own: Element, model: Model) -> bool:
+    """Whether the values of an element, beside the others of its model, deny what its name says."""
+    others = [e.spec for e in model.elements if e is not own]
+    return own.spec.denied is not None and own.spec.denied(own.values(), others)
+
+
 def is_controlled(e: Element) -> bool:
     """Whether a gain of the element on the current is not zero."""
     return any(p.value != 0.0 for spec, p in zip(e.spec.parameters, e.parameters, strict=True) if spec.gain)

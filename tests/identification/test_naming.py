@@ -28,7 +28,7 @@ from identification.physical.model import Element, Model, element
 from identification.physical.modelfile import read_model
 from identification.record import Record, compact, record_from_run
 from rigctl.runfile import with_channel
-from tests.identification.specimens import campaign, found_with, run
+from tests.identification.specimens import campaign, run
 
 BASE = Model(
     name="as simulated today",
@@ -99,21 +99,6 @@ def test_the_run_that_was_not_tared_is_named_and_the_others_are_explained_withou
     assert said.startswith(train[2].run_id)
     assert "a mean of 200 N" in said
     assert train[2].run_id not in report_data(found)["runs"]["train"]
-
-
-@pytest.mark.parametrize(("sign", "names"), [(-1.0, ("gas_spring",)), (1.0, ("force_offset", "linear_stiffness"))])
-def test_an_offset_and_a_spring_that_are_one_gas_spring_get_its_name(sign: float, names: tuple[str, ...]) -> None:
-    """A gas behind a rod pushes it out and stiffens as it goes in; pulled in, it is none."""
-    runs = [run("none", k, seed=3) for k in (0, 1, 2, 4)]
-    gas = [sign * 150.0 * (1.0 - sign * r.channels["displacement"] / 0.2) ** -1.15 for r in runs]
-    records = [
-        compact(record_from_run(with_channel(r, "force", r.channels["force"] + f, "N")))
-        for r, f in zip(runs, gas, strict=True)
-    ]
-    found = found_with("force_offset", "linear_stiffness", records=records)
-    merged = naming.merge_names(found, records)
-    assert merged.names == names
-    assert merged.excess < found.excess + 0.05 * merged.base_excess
 
 
 def test_names_with_which_unseen_runs_are_worse_than_with_the_base_are_taken_back() -> None:

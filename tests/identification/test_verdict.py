@@ -12,13 +12,15 @@ from identification.discrepancy import verdict
 from identification.discrepancy.evidence import gather, main_doubt
 from identification.discrepancy.explanation import Traces
 from identification.discrepancy.holdout import hold_out
+from identification.discrepancy.naming import merge_names
 from identification.discrepancy.nexttest import propose
 from identification.discrepancy.notes import beyond, capped, elsewhere, far_as_given, refit_harms
 from identification.discrepancy.verdict import SearchResult, _beyond_noise, _nearest, drop_doubtful
 from identification.discrepancy.where import locate
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import fit_records
-from identification.record import Record, record_from_run
+from identification.record import Record, compact, record_from_run
+from rigctl.runfile import with_channel
 from tests.identification.specimens import AS_SIMULATED, found_with, records_with, run
 
 
@@ -187,7 +189,7 @@ def test_a_test_for_a_name_that_is_not_stated_sets_it_against_its_rival_or_the_m
     assert "mass between load cell and damper" in text
 
 
-def test_a_test_on_which_two_models_differ_by_less_than_the_noise_is_not_proposed() -> None:
+def test_a_test_on_which_two_models_hardly_differ_beside_the_noise_is_not_proposed() -> None:
     result = result_of("linear_stiffness", "moving_mass")
     loud = [replace(r, sigma=1e4 * r.sigma) for r in result.quiet]
     proposed = propose(result.found, result.most_doubtful, loud)
@@ -210,3 +212,18 @@ def test_a_refit_that_makes_held_out_runs_worse_is_told() -> None:
     assert "10 N as given and by 20 N once it is fitted" in note
     assert refit_harms([replace(off, refitted=record.measured + 12.0)]) == []
     assert refit_harms([replace(off, held_out=False)]) == []
+
+
+@pytest.mark.parametrize(("sign", "names"), [(-1.0, ("gas_spring",)), (1.0, ("force_offset", "linear_stiffness"))])
+def test_an_offset_and_a_spring_that_are_one_gas_spring_get_its_name(sign: float, names: tuple[str, ...]) -> None:
+    """A gas behind a rod pushes it out and stiffens as it goes in; pulled in, it is none."""
+    runs = [run("none", k, seed=3) for k in (0, 1, 2, 4)]
+    gas = [sign * 150.0 * (1.0 - sign * r.channels["displacement"] / 0.2) ** -1.15 for r in runs]
+    records = [
+        compact(record_from_run(with_channel(r, "force", r.channels["force"] + f, "N")))
+        for r, f in zip(runs, gas, strict=True)
+    ]
+    found = found_with("force_offset", "linear_stiffness", records=records)
+    merged = merge_names(found, records)
+    assert merged.names == names
+    assert merged.excess < found.excess + 0.05 * merged.base_excess
