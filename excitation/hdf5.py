@@ -67,6 +67,7 @@ def read_hdf5(path: Path) -> Excitation:
 def put_excitation(group: h5py.Group, excitation: Excitation) -> None:
     """Attributes and channels below ``group``."""
     put_attributes(group, excitation)
+    group.attrs["current"] = int(excitation.current_a is not None)
     put_channels(group, excitation)
 
 
@@ -104,6 +105,8 @@ def get_excitation(group: h5py.Group, where: str) -> Excitation:
     check_layout(group, where)
     displacement = _channel(group, "displacement_command", where)
     current = _channel(group, "current_command", where) if "channels/current_command" in group else None
+    if "current" in group.attrs and bool(whole(group, "current", where)) is not (current is not None):
+        raise ExcitationFileError(f"{where}: channel current_command is not what current says: write the file again")
     samples = whole(group, "samples", where)
     for name, values in (("displacement_command", displacement), ("current_command", current)):
         if values is not None and values.size != samples:

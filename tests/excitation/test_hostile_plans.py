@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from excitation.errors import ExcitationError
-from excitation.files import read_plan, write_plan
+from excitation.files import read_excitation, read_plan, write_excitation, write_plan
 from excitation.plan import Test, TestPlan, plan_from_config
+from excitation.synthesis import excitation_from_config
 from tests.excitation.generators import CONFIGS
 
 HOSTILE: Mapping[str, Any] = {
@@ -164,3 +165,19 @@ def test_files_of_earlier_versions_are_still_read(version: int, good: bytes, tmp
     assert read.warm_up is not None
     for one, other in zip(read.tests, made.tests, strict=True):
         assert one.excitation.displacement_m.tobytes() == other.excitation.displacement_m.tobytes()
+
+
+@pytest.mark.parametrize("kind", sorted(CONFIGS))
+def test_an_excitation_that_lost_its_current_or_was_given_one_is_refused(kind: str, tmp_path: Path) -> None:
+    """Played without its current, a controlled damper would answer as another one, in silence."""
+    made, path = excitation_from_config(CONFIGS[kind]), tmp_path / "one.h5"
+    write_excitation(path, made)
+    assert read_excitation(path).samples == made.samples
+    with h5py.File(path, "r+") as file:
+        if made.current_a is None:
+            added = file.create_dataset("channels/current_command", data=np.zeros(made.samples))
+            added.attrs["unit"] = "A"
+        else:
+            del file["channels/current_command"]
+    with pytest.raises(ExcitationError, match="channel current_command is not what current says"):
+        read_excitation(path)
