@@ -52,9 +52,23 @@ def main(seeds: int = 5) -> None:
                 homogenise=HomogeniseSpec(variables=variables, grid=grid),
             )
             _row(f"{' × '.join(variables)}, {spectrum}", asked, seeds)
+    more_samples(spec, seeds)
     binding(spec, seeds)
     lagging(spec, seeds)
     long(spec)
+
+
+def more_samples(spec: MultisineSpec, seeds: int) -> None:
+    """Three variables have 216 cells, of 38 samples each in a period of 8 192; in 32 768 they have 152."""
+    variables, grid = PLANES[-1]
+    for spectrum in ("quarter-car", "flat", "road"):
+        asked = replace(
+            spec,
+            period_samples=2**15,
+            displacement=replace(spec.displacement, spectrum=spectrum),
+            homogenise=HomogeniseSpec(variables=variables, grid=grid),
+        )
+        _row(f"{' × '.join(variables)}, {spectrum}, 2^15 samples", asked, seeds)
 
 
 def binding(spec: MultisineSpec, seeds: int) -> None:
