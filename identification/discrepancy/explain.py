@@ -83,12 +83,12 @@ def explain(
     base = fit_records(model, [compact(r) for r in train])
     train, held = ([quieter(r, base.model) for r in rs] for rs in (train, held))
     base = fit_records(model, [compact(r) for r in train])
-    result = _search(model, base, _find_hum(base.model, train), train, held, report)
+    shows_less = partial(_shows_less_noise, train)
+    result = _search(model, base, _find_hum(base.model, train), train, held, report, is_enough=shows_less)
     named = result.found.fit.model
-    less = [[quieter(r, named) for r in rs] for rs in (train, held)]
-    if result.names and _is_much_quieter([with_motion_noise(r, named) for r in less[0]], result.train):
+    if result.names and shows_less(result.train, named):
         report("the named effects were part of what was taken for noise: repeating the search", 0.5)
-        train, held = less
+        train, held = ([quieter(r, named) for r in rs] for rs in (train, held))
         base = fit_records(model, [compact(r) for r in train])
         again = partial(_search, model, base, result.hum, train, held, level=named)
         result = again(report=lambda text, done: report(text, max(done, 0.5)))
@@ -102,9 +102,10 @@ def explain(
     return replace(found, distortion=distortion_of(every, found.traces))
 
 
-def _is_much_quieter(now: Sequence[Record], before: Sequence[Record]) -> bool:
-    """Whether the noise of a record turned out to be less than it was taken for, by more than its estimate scatters."""
-    return any(r.sigma < (1.0 - FORM.minor) * q.sigma for r, q in zip(now, before, strict=True))
+def _shows_less_noise(records: Sequence[Record], taken: Sequence[Record], model: Model) -> bool:
+    """Whether a model leaves less noise of a record than it was `taken` with, by more than its estimate scatters."""
+    now = (with_motion_noise(quieter(r, model), model) for r in records)
+    return any(r.sigma < (1.0 - FORM.minor) * q.sigma for r, q in zip(now, taken, strict=True))
 
 
 def _without_odd_run(
@@ -129,8 +130,12 @@ def _search(
     held: Sequence[Record],
     report: Progress,
     level: Model | None = None,
+    is_enough: Callable[[Sequence[Record], Model], bool] = lambda taken, model: False,
 ) -> SearchResult:
-    """Search for what `base` is missing beside a hum; `level`, or else the base, is the model that tells the noise."""
+    """Search for what `base` is missing beside a hum; `level`, or else the base, is the model that tells the noise.
+
+    No further pass is made from a model that `is_enough`, given the records with the noise that they were taken with.
+    """
     quiet = _remove_hum(base, hum, train)
     if hum is not None:
         train, held = _estimate_noise(base, hum, train, held)
@@ -147,7 +152,9 @@ def _search(
     only_held_out = not _is_seen(base, quiet) and gap_on(unseen, base, quiet)
     if only_held_out:  # the doubt about their noise is no longer what decides
         quiet = [replace(r, modelled=0.0, independent=1.0, floor_variance=1.0) for r in quiet]
-    found, evidence, withheld, within = search_in_passes(model, base, quiet, unseen, lambda text: report(text, 0.4))
+    found, evidence, withheld, within = search_in_passes(
+        model, base, quiet, unseen, lambda text: report(text, 0.4), partial(is_enough, train)
+    )
     return SearchResult(
         base=base, found=found, evidence=evidence, withheld=withheld, hum=hum, train=train, held=held, quiet=quiet,
         only_held_out=only_held_out, within=within,

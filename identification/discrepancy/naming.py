@@ -74,6 +74,12 @@ class Search:
     compared: Mapping[str, Compared] = field(default_factory=dict)  # each of them, as it was last tried
     before: Search | None = None  # as it was before the latest name
     dead_end: frozenset[str] | None = None  # ids of names that were tried instead without success
+    refused: frozenset[str] = frozenset()  # names of elements that an earlier search found from here and did not state
+
+    @property
+    def gone(self) -> frozenset[str]:
+        """Names that are not added again: those refused, and those dropped, which would come and go at every step."""
+        return self.refused.union(m.name for m in self.moves if m.kind == "drop")
 
     @property
     def full(self) -> bool:
@@ -170,7 +176,7 @@ def _is_departure(own: Element, named: Mapping[str, Element], state: Search, rec
         return False
     if departure.is_only(own.values(), ideal.values()):
         return True
-    rest = fit_without(state.fit, own.id, records) if departure.share > 0.0 else None
+    rest = fit_others(state, own.id, records) if departure.share > 0.0 else None
     closed = np.inf if rest is None else excess_of(rest) - state.excess
     return closed < departure.share * contribution(state.fit.model, ideal.id, records)
 
@@ -178,7 +184,7 @@ def _is_departure(own: Element, named: Mapping[str, Element], state: Search, rec
 def drop_needless(state: Search, records: Sequence[Record]) -> Search:
     """Remove every name without which the others fit as well."""
     for name in state.names if len(state.names) > 1 else ():
-        rest = fit_without(state.fit, name, records)
+        rest = fit_others(state, name, records)
         if rest is not None and excess_of(rest) <= state.excess + CHANCE.slack:
             state = _drop(state, name, rest)
     return state
@@ -187,7 +193,7 @@ def drop_needless(state: Search, records: Sequence[Record]) -> Search:
 def drop_preloads(state: Search, records: Sequence[Record]) -> Search:
     """Remove the name of a constant force beside a preload, where the others close as much to within a small share."""
     for name in state.names:
-        rest = fit_without(state.fit, name, records) if _is_preload_of(state.fit.model, name) else None
+        rest = fit_others(state, name, records) if _is_preload_of(state.fit.model, name) else None
         if rest is not None and excess_of(rest) <= state.excess + FORM.helps * state.base_excess:
             state = _drop(state, name, rest)
     return state
@@ -258,7 +264,7 @@ def _add_best(
 ) -> Search | None:
     least = BUDGET.half_as_good * FORM.helps
     found = trials(state.fit, _given_with_names(state), records, least=least, excluded=excluded)
-    chosen = choose(found)
+    chosen = choose([t for t in found if t.name not in state.gone])
     if chosen is None or state.excess - chosen.excess < FORM.helps * state.excess:
         return None
     return add_name(state, chosen, found, records, revise)
@@ -340,7 +346,7 @@ def repeat_trials(
 
     `trials` are made as by the function of this name. Beside a friction no other one is put in its place.
     """
-    rest = fit_without(state.fit, name, records)
+    rest = fit_others(state, name, records)
     if rest is None:
         return state
     form = FORM.tolerance**2 * contribution(state.fit.model, name, records)
@@ -415,8 +421,29 @@ def _is_better(best: Trial, name: str, found: Sequence[Trial], state: Search) ->
 
 def fit_without(fit: Fit, name: str, records: Sequence[Record]) -> Fit | None:
     """The model fitted again without one of its elements; None where it can't run so."""
+    return _quick_fit(fit.model.without(name), records)
+
+
+def fit_others(state: Search, name: str, records: Sequence[Record]) -> Fit | None:
+    """The best fit with every name but one; None where the model can't run so.
+
+    Where the dropped name has left the others, a fit may end in another minimum. One that is worse than the search was
+    with fewer of these names is made again from there.
+    """
+    rest = fit_without(state.fit, name, records)
+    others = [n for n in state.names if n != name]
+    fewer = [b for b, _ in steps(state) if b.earlier == state.earlier and set(b.names) <= set(others)]
+    best = min(fewer, key=lambda b: b.excess, default=None)
+    if rest is None or best is None or excess_of(rest) <= best.excess + CHANCE.slack:
+        return rest
+    model = best.fit.model
+    for more in (n for n in others if n not in best.names):
+        model = model.with_element(state.fit.model.element(more))
+    again = best.fit if model is best.fit.model else _quick_fit(model, records)
+    return min((f for f in (rest, again) if f is not None), key=excess_of)
+
+
+def _quick_fit(model: Model, records: Sequence[Record]) -> Fit | None:
     with suppress(SimulationError):
-        return fit_records(
-            fit.model.without(name), records, max_iterations=BUDGET.fit_iterations, tolerance=BUDGET.flat
-        )
+        return fit_records(model, records, max_iterations=BUDGET.fit_iterations, tolerance=BUDGET.flat)
     return None

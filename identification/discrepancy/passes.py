@@ -21,7 +21,7 @@ from identification.discrepancy.naming import (
 from identification.discrepancy.search import search
 from identification.discrepancy.verdict import drop_doubtful
 from identification.fitting.leastsquares import Fit
-from identification.physical.model import Model
+from identification.physical.model import Model, name_of
 from identification.record import Record
 
 Found = tuple[Search, list[Evidence], list[Evidence]]
@@ -30,22 +30,29 @@ Report = Callable[[str], None]
 
 
 def search_in_passes(
-    given: Model, base: Fit, records: Sequence[Record], held_out: Sequence[Record], report: Report
+    given: Model,
+    base: Fit,
+    records: Sequence[Record],
+    held_out: Sequence[Record],
+    report: Report,
+    is_enough: Callable[[Model], bool] = lambda model: False,
 ) -> Asked:
     """Names that `base` is missing on `records` (compact), the evidence for them, that for names not stated, and what a
-    last pass found within the tolerance of form.
+    last pass found within the tolerance of form. No further pass is made from a model that `is_enough`.
 
     A doubtful name that is taken back leaves room for another, and a small effect hides in the error of form that a
     large one may have: the search is repeated with the names that stand as part of the base, until a pass finds none.
     What it finds within the tolerance of form counts where it closes nearly all that was left: a departure of form is
     no other element.
     """
-    found, evidence, withheld = _one_pass(given, base, (), records, held_out, report)
-    latest, within = found.names, None
+    found, evidence, withheld = _one_pass(given, base, (), (), records, held_out, report)
+    latest, within, refused = found.names, None, _refused(found, withheld)
     while latest and len(found.names) < FORM.most_effects and is_seen(found.excess, records):
+        if is_enough(found.fit.model):
+            break
         report(f"searching for more beside {len(found.names)}")
-        more, new, doubtful = _one_pass(found.fit.model, found.fit, found.names, records, held_out, report)
-        latest = more.names
+        more, new, doubtful = _one_pass(found.fit.model, found.fit, found.names, refused, records, held_out, report)
+        latest, refused = more.names, _refused(more, doubtful)
         if latest and not gap_remains(found, records) and not _closes_the_rest(more, found, held_out):
             within = None if _are_curves(more) else more
             break
@@ -53,6 +60,9 @@ def search_in_passes(
         if latest:
             found = _together(found, more, records)
             evidence = [e for e in (*evidence, *new) if e.name in found.names]
+            if (merged := merge_names(found, records)).names != found.names:
+                found, evidence, doubtful = _judged(merged, records, held_out)
+                withheld = [*withheld, *doubtful]
     return found, evidence, [e for e in withheld if e.name not in found.names], within
 
 
@@ -71,13 +81,21 @@ def _one_pass(
     given: Model,
     base: Fit,
     earlier: Sequence[str],
+    refused: Sequence[str],
     records: Sequence[Record],
     held_out: Sequence[Record],
     report: Report,
 ) -> Found:
-    found = search(given, base, records, earlier=earlier, on_progress=report)
+    found = search(given, base, records, earlier=earlier, refused=refused, on_progress=report)
     stands, evidence, withheld = _standing(found, records, held_out)
     return stands, [e for e in evidence if e.name in stands.names], withheld
+
+
+def _refused(stands: Search, withheld: Sequence[Evidence]) -> list[str]:
+    """Names that are not stated and that the next pass would only find again: the search came to them from the names
+    that stand."""
+    again = any(set(before.names) == set(stands.names) for before, _ in steps(stands))
+    return [name_of(e.name) for e in withheld] if again else []
 
 
 def _standing(found: Search, records: Sequence[Record], held_out: Sequence[Record]) -> Found:

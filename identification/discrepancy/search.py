@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -32,14 +32,17 @@ def search(
     records: Sequence[Record],
     *,
     earlier: Sequence[str] = (),
+    refused: Collection[str] = (),
     on_progress: Callable[[str], None] | None = None,
 ) -> Search:
     """Name what `base` is missing on `records` (compact); from other starts too where a gap remains after the first.
 
-    `earlier` are ids of elements of the base that a search has named before.
+    `earlier` are ids of elements of the base that a search has named before, `refused` names of elements that it found
+    beside these and that were not stated.
     """
     report = on_progress or (lambda text: None)
-    last = search_from(replace(start_state(given, base, records), earlier=tuple(earlier)), records, report)
+    start = replace(start_state(given, base, records), earlier=tuple(earlier), refused=frozenset(refused))
+    last = search_from(start, records, report)
     found = drop_needless(last, records)
     searched = [last]
     beyond_form = gap_remains(last, records)
@@ -84,7 +87,7 @@ def near_given(last: Search, given: Model, base: Fit, records: Sequence[Record])
     held = limit_base(given)
     if _is_outside(base.model, held):
         near = start_state(held, fit_records(held, records), records)
-        near = replace(near, base_excess=last.base_excess, earlier=last.earlier)
+        near = replace(near, base_excess=last.base_excess, earlier=last.earlier, refused=last.refused)
         first = improve_once(near, records)
         if first is not None and first.excess < (1.0 - FORM.closes) * near.excess:
             yield "with the base near its given values", first
@@ -93,7 +96,7 @@ def near_given(last: Search, given: Model, base: Fit, records: Sequence[Record])
 def _second_choice(before: Search, after: Search, tried: Sequence[str], records: Sequence[Record]) -> Search | None:
     """Add the best of the rivals of that step instead, except the names in `tried`; None where none closes enough."""
     move = after.moves[len(before.moves)]
-    chosen = choose([t for t in move.rivals if t.id not in tried])
+    chosen = choose([t for t in move.rivals if t.id not in tried and t.name not in before.refused])
     if chosen is None or chosen.closed < FORM.helps * before.excess:
         return None
     return add_name(before, chosen, move.rivals, records)

@@ -21,7 +21,7 @@ from identification.discrepancy.excess import (
 )
 from identification.discrepancy.explanation import Effect, Gaps, Traces, Verdict, gaps_of
 from identification.discrepancy.hum import Hum, hum_in
-from identification.discrepancy.naming import Search
+from identification.discrepancy.naming import Search, fit_others
 from identification.discrepancy.signatures import tangent
 from identification.discrepancy.where import Region, locate
 from identification.errors import SimulationError
@@ -115,7 +115,15 @@ def without_least_confident(result: SearchResult) -> SearchResult:
 
 
 def _without(found: Search, name: str, records: Sequence[Record]) -> Search:
-    rest = fit_records(found.fit.model.without(name), records)
+    """The search without a name, fitted again from the best that is known without it.
+
+    Raises
+    ------
+    SimulationError
+        when the model can't run without it.
+    """
+    start = fit_others(found, name, records)
+    rest = fit_records(found.fit.model.without(name) if start is None else start.model, records)
     return replace(found, fit=rest, names=tuple(n for n in found.names if n != name), excess=excess_of(rest))
 
 
