@@ -20,6 +20,7 @@ from identification.discrepancy.trials import (
     Trial,
     choose,
     complexity,
+    own_form,
     tolerance,
     trial_of,
     trials,
@@ -367,7 +368,7 @@ def repeat_trials(
     now = _comparison(rest, others, found) if own is not None else replace(state.compared[name], without=rest)
     state = replace(state, compared={**state.compared, name: now})
     best = choose(found)
-    if best is None or best.id == name or not _is_better(best, name, found, state):
+    if best is None or best.id == name or _is_far_behind(best, state) or not _is_better(best, name, found, state):
         return state
     return _swap(state, name, best, _comparison(rest, others, found))
 
@@ -417,6 +418,11 @@ def _is_better(best: Trial, name: str, found: Sequence[Trial], state: Search) ->
     """Whether another name fits clearly better than the one in place, or as well and is simpler."""
     simpler = any(complexity(best) < complexity(t) for t in found if t.id == name)
     return simpler or best.excess < state.excess - tolerance(best) - CHANCE.slack
+
+
+def _is_far_behind(best: Trial, state: Search) -> bool:
+    """Whether the best of those that may take the place of a refused name leaves several times as much as that does."""
+    return best.excess > BUDGET.far_behind * max(state.excess, own_form(best) + CHANCE.slack)
 
 
 def fit_without(fit: Fit, name: str, records: Sequence[Record]) -> Fit | None:

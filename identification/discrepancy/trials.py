@@ -17,8 +17,8 @@ from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import refine_curve
-from identification.physical.elements import CATALOGUE, Curve, Growth, Surroundings
-from identification.physical.model import Element, Model, denies_its_name
+from identification.physical.elements import CATALOGUE, Curve, Growth, ParameterSpec, Surroundings
+from identification.physical.model import Element, Model, Parameter, denies_its_name
 from identification.record import Record
 from identification.scales import scales_of
 
@@ -365,12 +365,16 @@ def allowance(best: Trial, other: Trial) -> float:
 
 
 def tolerance(trial: Trial) -> float:
-    """Whitened energy by which a simpler form may fit worse and still be the better name.
+    """Whitened energy by which a simpler form may fit worse and still be the better name."""
+    return max(own_form(trial), FORM.minor * max(trial.excess, 0.0))
+
+
+def own_form(trial: Trial) -> float:
+    """Whitened energy by which a real effect may depart from the form of its element.
 
     A share of what the element closes, not of its whole force: most of that may only trade places with the base.
     """
-    form = FORM.tolerance**2 * min(trial.contribution, trial.closed)
-    return max(form, FORM.minor * max(trial.excess, 0.0))
+    return FORM.tolerance**2 * min(trial.contribution, trial.closed)
 
 
 def complexity(trial: Trial) -> float:
@@ -400,11 +404,17 @@ def is_mistaken(trial: Trial) -> bool:
     return own.spec.mistaken is not None and own.spec.mistaken(own.values(), around)
 
 
+def _top(p: Parameter, spec: ParameterSpec) -> float:
+    """The bound or limit above a parameter that no case of the element means."""
+    high = spec.high if p.high is None else p.high
+    return np.inf if spec.high_is_meant else high
+
+
 def on_bound(trial: Trial) -> bool:
     """Whether the fit left the new element without effect: its strength or its only parameter on a bound."""
     own = trial.own
     vital = [
-        (p.value, spec.low if p.low is None else p.low, spec.high if p.high is None else p.high)
+        (p.value, spec.low if p.low is None else p.low, _top(p, spec))
         for p, spec in zip(own.parameters, own.spec.parameters, strict=True)
         if not p.fixed and not spec.refinement and not spec.bound_is_meant
     ]

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from identification.criteria import CHANCE
 from identification.discrepancy import naming, search
 from identification.discrepancy.excess import excess_of, material_excess, significant_excess
 from identification.discrepancy.naming import Search
@@ -132,3 +133,37 @@ def test_a_start_that_was_taken_already_is_not_taken_again() -> None:
     assert [start.names for _, start in search.other_starts(last, base.model, base, records)] == [("moving_mass",)]
     tried = replace(last, dead_end=frozenset({"moving_mass"}))
     assert not list(search.other_starts(tried, base.model, base, records))
+
+
+def test_a_fit_without_one_name_is_never_worse_than_the_search_was_with_fewer() -> None:
+    records, bare, found = first_trials()
+    mass = next(t for t in found if t.name == "moving_mass")
+    named = naming.add_name(bare, mass, found, records)
+    assert named.names == ("moving_mass",)
+    lost = named.fit.model  # a further name has bent the base so far that no fit finds back from there
+    off = {"tanh_hysteresis.alpha": 1e9, "tanh_hysteresis.beta": 1e-7, "valve_damping.c_soft": 1.0}
+    lost = lost.with_values([off.get(n, v) for n, v in zip(lost.names(), lost.values(), strict=True)])
+    lost = lost.with_element(element("linear_stiffness", {"k": 1e3}))
+    beside = replace(named, fit=replace(named.fit, model=lost), names=("moving_mass", "linear_stiffness"), before=named)
+    rest = naming.fit_without(beside.fit, "linear_stiffness", records)
+    assert rest is not None
+    assert excess_of(rest) > 2.0 * abs(named.excess), "the case is one of another minimum"
+    others = naming.fit_others(beside, "linear_stiffness", records)
+    assert others is not None
+    assert excess_of(others) <= named.excess + CHANCE.slack
+    alone = naming.fit_others(beside, "moving_mass", records)
+    assert alone is not None
+    assert excess_of(alone) <= bare.excess + CHANCE.slack
+
+
+def test_what_was_refused_or_dropped_is_not_added_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    records, bare, found = first_trials()
+    monkeypatch.setattr(naming, "trials", lambda *_, **__: found)
+    drop = naming.Move(kind="drop", name="moving_mass", excess_before=0.0, excess_after=0.0, rivals=())
+    for state, named in (
+        (bare, True),
+        (replace(bare, refused=frozenset({"moving_mass"})), False),
+        (replace(bare, moves=(drop,)), False),
+    ):
+        improved = naming.improve_once(state, records)
+        assert (improved is not None and "moving_mass" in improved.names) == named

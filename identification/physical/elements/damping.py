@@ -197,7 +197,8 @@ ROWS: Final = (
         parameters=(
             ParameterSpec("alpha", "N", remedy=Remedy.SPEEDS),
             ParameterSpec("alpha_control", "N/A", UNBOUNDED, default=0.0, gain=True, remedy=Remedy.CURRENT),
-            ParameterSpec("beta", "s/m", TINY, limits=_slopes, remedy=Remedy.SPEEDS),
+            # So steep it is a friction, and no friction of the catalogue follows the current as this does.
+            ParameterSpec("beta", "s/m", TINY, limits=_slopes, high_is_meant=True, remedy=Remedy.SPEEDS),
             ParameterSpec("delta", "–", bound_is_meant=True, remedy=Remedy.SPEEDS),
             # A measured hysteresis turns over across a displacement z_r; the canonical form does so at one point.
             ParameterSpec("z_r", "m", default=0.0, refinement=True),

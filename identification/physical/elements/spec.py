@@ -127,6 +127,7 @@ class ParameterSpec:
     of_run: bool = False  # belongs to a run: estimated for each record, never fitted
     held: bool = False  # acts only as a product with another: fixed in what the search and the literature make
     bound_is_meant: bool = False  # a fit may end on its bound: that is a case of the element, not the loss of it
+    high_is_meant: bool = False  # the same of the upper bound and limit alone
     limits: Limits | None = None  # of the search: a shape outside of what the data span can't be seen in them
     remedy: Remedy = Remedy.ANY  # what lets it be seen
 
