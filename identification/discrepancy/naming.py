@@ -94,12 +94,12 @@ def search_from(
     """Add names to `state` while one closes enough of the gap, and revise the earlier ones after each.
 
     The records are compact. Where no name can be added, one earlier name is exchanged, once, for one that fits better.
-    The search ends where one of `others` has been: it would go the same way.
+    The search ends where one of `others` has been, as it would go the same way, and where it is behind one.
     """
     swapped = False
     been = [s for other in others for s in (other, *(before for before, _ in steps(other)))]
     while not state.full and gap_remains(state, records):
-        if any(_is_at(state, other) for other in been) or _leads_nowhere(state):
+        if any(_is_at(state, b) or _is_behind(state, b) for b in been) or _leads_nowhere(state):
             break
         report(f"{len(state.names)} named so far, the gap is {_ratio_to_noise(state):.1f} × the noise of a mean period")
         improved = improve_once(state, records)
@@ -154,6 +154,11 @@ def _is_at(state: Search, other: Search) -> bool:
     """Whether a search has come to the names of another one, and fits no better with them."""
     same = bool(state.names) and set(state.names) == set(other.names)
     return same and state.excess > (1.0 - BUDGET.same_force) * other.excess
+
+
+def _is_behind(state: Search, other: Search) -> bool:
+    """Whether a search has two names or more, and another one closed more with as many."""
+    return len(state.names) == len(other.names) > 1 and state.excess > other.excess + CHANCE.slack
 
 
 def explains(state: Search) -> bool:

@@ -45,6 +45,18 @@ def test_a_search_ends_where_another_one_has_been_unless_it_fits_better() -> Non
     assert naming.search_from(there, records, str, [replace(there, excess=1.5 * there.excess)]).names != there.names
 
 
+def test_a_search_ends_where_another_one_closed_more_with_as_many_names() -> None:
+    records = records_with("moving_mass")
+    base = fit_records(BASE, records)
+    here = Search(fit=base, names=BASE.ids[:2], excess=excess_of(base), given=BASE, base_excess=excess_of(base))
+    ahead = replace(here, names=("moving_mass", "force_delay"), excess=0.5 * here.excess)
+    assert naming.search_from(here, records, str, [ahead]) is here
+    assert not naming._is_behind(ahead, here)
+    assert not naming._is_behind(here, replace(ahead, names=("moving_mass",))), "with fewer names it says nothing"
+    first, alone = (replace(s, names=s.names[:1]) for s in (here, ahead))
+    assert not naming._is_behind(first, alone), "a first name that closes less may lead further"
+
+
 def test_what_is_held_near_its_given_value_gets_its_own_limits_back() -> None:
     own = replace(BASE.elements[0].parameters[0], low=600.0)
     valve = Element("valve_damping", (own, *BASE.elements[0].parameters[1:]))
