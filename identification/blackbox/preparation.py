@@ -30,11 +30,12 @@ def measured_signals(runs: Sequence[Run]) -> tuple[str, ...]:
 def course_of(run: Run, measured: Sequence[str], base: SimulationModel | None = None) -> Course:
     """One run as a course; of a run that repeats its mean period; with a base, what that leaves.
 
-    Raises DataError as `record_from_run` does.
+    Of any other run every sample counts, also those at rest, which naming leaves out: a run to be simulated rests too,
+    and the start of a test is often the only rest that a training holds. Raises DataError as `record_from_run` does.
     """
     record = compact(record_from_run(run))
     motion = with_measured(record.motion, run, measured)
-    counted = np.zeros(motion.x.size, dtype=np.bool_)
+    counted = np.full(motion.x.size, not record.period)
     counted[record.window] = True
     if base is None:
         return Course(motion, record.force, counted)

@@ -157,6 +157,18 @@ def test_a_run_that_begins_just_after_a_reversal_is_right_from_its_first_sample(
     assert np.max(np.abs(force[:10] - measured[:10])) < 0.25 * np.std(measured)
 
 
+def test_every_sample_of_a_run_is_learned_also_those_at_rest() -> None:
+    assert course_of(hysteretic(11, 700, rest_s=0.5), ()).counted.all()
+
+
+def test_of_a_run_that_repeats_the_settling_is_not_learned() -> None:
+    run = hysteretic(11, 500)
+    repeated = {name: np.tile(values, 3) for name, values in run.channels.items()}
+    repeated["force"][:500] += 50.0  # it settles for a period
+    course = course_of(replace(run, channels=repeated, period_samples=500), ())
+    assert not course.counted[: course.counted.size - 500].any() and course.counted[-500:].all()
+
+
 def test_a_motion_that_begins_at_rest_was_at_rest_and_one_that_begins_at_its_turn_was_not() -> None:
     motion = motion_of(runs()[1])
     rest, cycle = np.zeros(40), np.arange(800) / RATE_HZ
