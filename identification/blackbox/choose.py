@@ -99,7 +99,7 @@ def left_out(judged: Sequence[Judged], courses: Sequence[Course], scales: Scales
     parts = []
     for k, fold in enumerate(folds_of(courses)):
         model = BlackBox(name="", kind="", dt=dt, scales=scales, members=tuple(one.members[k] for one in judged))
-        forces = [(course, model.each(course)) for course in fold.shown]
+        forces = [(course, model.each(course)) for course in map(Course.judged, fold.shown)]
         errors = [(course.force - np.median(each, axis=0))[course.counted] for course, each in forces]
         spreads = [np.std(each, axis=0)[course.counted] for course, each in forces]
         parts.append(LeftOut(np.concatenate(errors), np.concatenate(spreads)))

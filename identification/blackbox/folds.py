@@ -50,4 +50,5 @@ def stretch_of(course: Course, first: int, last: int) -> Course:
     series = {name: getattr(course.motion, name)[first:last] for name in ("x", "v", "a", "i", "temperature", "t")}
     motion = replace(course.motion, **series, period=0, settle=0)
     model = None if course.model is None else course.model[first:last]
-    return Course(motion, course.force[first:last], course.counted[first:last], model)
+    moving = None if course.moving is None else course.moving[first:last]
+    return Course(motion, course.force[first:last], course.counted[first:last], model, moving)

@@ -41,7 +41,7 @@ class Identified:
     """A black box and what was seen on the way.
 
     `predicted` is the fit, %, of the networks together in cross-validation inside the training, which is to be expected
-    on unseen runs of the same kind;
+    on unseen runs of the same kind, of the samples in motion;
     `trained` that on the training; `shown` that on each held-out run, over all its samples. `memory_s` is how long two
     starts from the lowest and the highest force stay apart, infinite where they never meet. `coverage` is the share of
     the samples that the band of 90 % holds in cross-validation, `reached` that on each held-out run.
@@ -145,9 +145,10 @@ def _figures(
     force = np.concatenate([_whole(one)[one.counted] for one in courses])
     rest = np.concatenate([one.force[one.counted] for one in courses])
     left = np.concatenate([(one.force - model.along(one))[one.counted] for one in courses])
+    moving = np.concatenate([_whole(one)[one.counted] for one in map(Course.judged, courses)])
     size = float(np.linalg.norm(force - force.mean()))
     assert model.band is not None  # every kind was calibrated
-    predicted = 100.0 * (1.0 - model.band.floor * math.sqrt(rest.size) / size)
+    predicted = 100.0 * (1.0 - model.band.floor / float(np.std(moving)))
     trained = 100.0 * (1.0 - float(np.linalg.norm(left)) / size)
     memory = max(model.memory(one) for one in courses)
     facts = {

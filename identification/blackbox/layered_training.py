@@ -137,7 +137,8 @@ def _errors(task: tuple[Layered, Fold], scales: Scales) -> tuple[LeftOut, float]
     """Errors, N, on what a fold shows, and Σ of the squared scaled force there about its centre."""
     one, fold = task
     model = train_layered(one, fold.learned, scales, seed=0)
-    errors = np.concatenate([(course.force - model.along(course))[course.counted] for course in fold.shown])
-    force = np.concatenate([course.force[course.counted] for course in fold.shown])
+    shown = [course.judged() for course in fold.shown]
+    errors = np.concatenate([(course.force - model.along(course))[course.counted] for course in shown])
+    force = np.concatenate([course.force[course.counted] for course in shown])
     spread = (force - scales[FORCE].centre) / scales[FORCE].size
     return LeftOut(errors, np.zeros(errors.size)), float(spread @ spread)

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from identification.blackbox.folds import FOLDS, stretch_of
 from identification.blackbox.samples import Course
 from identification.errors import DataError
 from identification.models.inputs import MEASURED, with_measured
@@ -30,16 +31,31 @@ def measured_signals(runs: Sequence[Run]) -> tuple[str, ...]:
 def course_of(run: Run, measured: Sequence[str], base: SimulationModel | None = None) -> Course:
     """One run as a course; of a run that repeats its mean period; with a base, what that leaves.
 
-    Raises DataError as `record_from_run` does.
+    Of any other run every sample is learned, also those at rest, which naming leaves out: a run to be simulated rests
+    too. The prediction of the fit is about the motion only: the start of a test is often the only rest of a training,
+    and what does not learn from it knows none. Raises DataError as `record_from_run` does.
     """
     record = compact(record_from_run(run))
     motion = with_measured(record.motion, run, measured)
-    counted = np.zeros(motion.x.size, dtype=np.bool_)
-    counted[record.window] = True
-    if base is None:
-        return Course(motion, record.force, counted)
-    model = base.force(motion)
-    return Course(motion, record.force - model, counted, model)
+    moving = np.zeros(motion.x.size, dtype=np.bool_)
+    moving[record.window] = True
+    counted = moving if record.period else np.ones_like(moving)
+    everywhere = all(part.any() for part in np.array_split(moving, FOLDS))  # else a part that is left out tells nothing
+    course = Course(motion, record.force, counted, moving=moving if everywhere else None)
+    if base is not None:
+        model = base.force(motion)
+        course = replace(course, force=record.force - model, model=model)
+    return _settled(course) if record.period else course
+
+
+def _settled(course: Course) -> Course:
+    """A course that repeats with no more than one period before what is learned: two thirds of it must not be empty."""
+    period = course.motion.period
+    first = int(np.argmax(course.counted)) - period
+    if first <= 0:
+        return course
+    part = stretch_of(course, first, course.force.size)
+    return replace(part, motion=replace(part.motion, period=period, settle=1))
 
 
 def absent_signals(runs: Sequence[Run], courses: Sequence[Course]) -> list[str]:

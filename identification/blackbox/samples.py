@@ -27,13 +27,19 @@ LEAD = 200
 class Course:
     """One run: its motion, the force (N,) that is learned, N, or zeros, and which of its samples count, (N,).
 
-    `model` (N,), N, is the force of the model that a hybrid builds on; the force is then what that leaves.
+    `model` (N,), N, is the force of the model that a hybrid builds on; the force is then what that leaves. `moving`,
+    (N,), are those that count in the prediction of the fit; None: all that count.
     """
 
     motion: Motion
     force: Floats
     counted: Mask
     model: Floats | None = None
+    moving: Mask | None = None
+
+    def judged(self) -> Course:
+        """The same course, of which only the samples count that the prediction of the fit is about."""
+        return self if self.moving is None else replace(self, counted=self.counted & self.moving, moving=None)
 
     def whole(self) -> Course:
         """The same course, of which every sample counts."""

@@ -101,7 +101,8 @@ def left_out(best: Polynomial, courses: Sequence[Course], scales: Scales, dt: fl
     for fold in folds_of(courses):
         terms = ranking(best.structure, best.degree, fold.learned, scales)[: best.terms]
         model = polynomial_of(best.structure, terms, fold.learned, scales, dt)
-        errors = np.concatenate([(one.force - model.along(one))[one.counted] for one in fold.shown])
+        shown = map(Course.judged, fold.shown)
+        errors = np.concatenate([(one.force - model.along(one))[one.counted] for one in shown])
         parts.append(LeftOut(errors, np.zeros(errors.size)))
     return parts
 

@@ -122,6 +122,8 @@ def _heads(heads: Sequence[str]) -> str:
 def _range(row: Row) -> str:
     if not row.ranged:
         return "not stated"
+    if all(cell.score is None for cell in row.cells):
+        return "–"
     count = sum(bool(cell.left) for cell in row.cells)
     return f"left on {count} of {_counted(len(row.cells), 'run')}" if count else "kept on every run"
 

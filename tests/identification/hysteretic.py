@@ -13,8 +13,16 @@ RATE_HZ = 200.0
 _FINE = 10
 
 
-def hysteretic(seed: int, samples: int, *, rate_hz: float = RATE_HZ, noise: float = 0.01, current: bool = False) -> Run:
-    """A run of a multisine of 0.4 to 6 Hz; its force has `noise` times its size of noise."""
+def hysteretic(
+    seed: int,
+    samples: int,
+    *,
+    rate_hz: float = RATE_HZ,
+    noise: float = 0.01,
+    current: bool = False,
+    rest_s: float = 0.0,
+) -> Run:
+    """A run of a multisine of 0.4 to 6 Hz that rests at both ends; its force has `noise` times its size of noise."""
     rng = np.random.default_rng(seed)
     count, dt = samples * _FINE, 1.0 / (rate_hz * _FINE)
     t = np.arange(count) * dt
@@ -22,6 +30,10 @@ def hysteretic(seed: int, samples: int, *, rate_hz: float = RATE_HZ, noise: floa
     turns = np.multiply.outer(t, tones) + rng.uniform(0.0, 2.0 * np.pi, tones.size)
     x = np.sin(turns) @ (0.004 / tones * 10.0)
     v = np.cos(turns) @ np.full(tones.size, 0.04)
+    if rest_s:  # it starts and stops within half a second
+        share = np.clip(2.0 * (np.minimum(t, t[-1] - t) - rest_s), 0.0, 1.0)
+        x = x * share
+        v = np.gradient(x, dt)
     i = 0.5 + 0.4 * np.sin(2.0 * np.pi * 0.7 * t + rng.uniform(0.0, 6.0)) if current else np.full(count, 0.5)
     force = _force(v, i, dt)[::_FINE]
     channels = {

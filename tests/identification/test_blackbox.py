@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from identification.blackbox import BlackBox, Identified, Member, Structure, identify, regressors, write_identified
+from identification.blackbox.folds import folds_of
 from identification.blackbox.modelfile import blackbox_to_json
 from identification.blackbox.network import network
 from identification.blackbox.past import burg, predicted_backwards, velocity_before
@@ -155,6 +156,45 @@ def test_a_run_that_begins_just_after_a_reversal_is_right_from_its_first_sample(
     late = replace(shown, channels={name: one[first + 1 :] for name, one in shown.channels.items()})
     force, measured = simulate_run(model(), late), late.channels["force"]
     assert np.max(np.abs(force[:10] - measured[:10])) < 0.25 * np.std(measured)
+
+
+def test_every_sample_of_a_run_is_learned_and_the_fit_is_predicted_for_those_in_motion() -> None:
+    course = course_of(hysteretic(11, 700, rest_s=0.5), ())
+    assert course.counted.all()
+    shown = np.concatenate([part.judged().counted for fold in folds_of([course]) for part in fold.shown])
+    learned = [part.counted for fold in folds_of([course]) for part in fold.learned]
+    assert not shown[:80].any()
+    assert not shown[-80:].any()
+    assert shown[150:-150].all()
+    assert np.concatenate(learned).all()
+
+
+def test_of_a_run_that_repeats_the_settling_is_not_learned() -> None:
+    run = hysteretic(11, 500)
+    repeated = {name: np.tile(values, 3) for name, values in run.channels.items()}
+    repeated["force"][:500] += 50.0  # it settles for a period
+    course = course_of(replace(run, channels=repeated, period_samples=500), ())
+    assert not course.counted[: course.counted.size - 500].any()
+    assert course.counted[-500:].all()
+
+
+@pytest.mark.parametrize("settling", [1, 3])
+def test_a_run_that_repeats_is_learned_however_long_it_settles(settling: int) -> None:
+    run = hysteretic(11, 500)
+    repeated = {name: np.tile(values, 9) for name, values in run.channels.items()}
+    for k in range(settling):
+        repeated["force"][500 * k : 500 * (k + 1)] += 200.0 * (settling - k)
+    whole = replace(run, channels=repeated, period_samples=500)
+    found = identify("nnoe", [whole], structures=[Structure(regressors("v0 v1 P0"), 4)])
+    assert found.trained > 90.0
+    assert course_of(whole, ()).force.size == 1000
+
+
+def test_a_run_that_rests_most_of_the_time_is_learned() -> None:
+    run = hysteretic(1, 400)
+    resting = {name: np.concatenate([np.full(1300, values[0]), values]) for name, values in run.channels.items()}
+    resting["displacement"] += 1e-7 * np.random.default_rng(0).standard_normal(1700)
+    assert np.isfinite(identify("mlp", [replace(run, channels=resting)]).coverage)
 
 
 def test_a_motion_that_begins_at_rest_was_at_rest_and_one_that_begins_at_its_turn_was_not() -> None:

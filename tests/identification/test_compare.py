@@ -87,6 +87,13 @@ def test_a_model_that_fails_on_one_run_has_figures_on_the_others_and_none_over_a
     assert failing.rms is failing.fit is failing.cost_ns is None
 
 
+def test_a_model_that_fails_on_every_run_has_no_word_on_its_range() -> None:
+    failing = Failing(name="failing", coefficients=(0.0, 1.0), trained_m_s=1.0)
+    page = comparison_html(compare([failing], [RUNS[0]]))
+    assert "fails on 1 of 1 run" in page
+    assert "kept on every run" not in page
+
+
 def test_the_noise_is_what_the_periods_differ_by(found: Comparison) -> None:
     assert found.courses[0].noise == pytest.approx(3.0, rel=0.05)
     assert found.courses[2].noise is None
