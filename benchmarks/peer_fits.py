@@ -14,8 +14,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-_WIDEST = 8.0  # of the logarithms of reach and exponent: a reach of 3e-4 … 3 000 rms of the motion
-
 
 def main(path: str) -> None:
     """Runs each tool on the inputs (N, m) and the force (N,)."""
@@ -56,8 +54,7 @@ def bouc_wen(learned: tuple, shown: tuple) -> np.ndarray:
     """Bouc-Wen hysteresis beside a dashpot, a spring and an offset, by nonlinear least squares from six starts.
 
     h' = v·(1 − |h|^n·(b + (1 − b)·sgn(v·h)))/r, stepped from sample to sample in the scaled displacement; the force is
-    linear in its other four parameters, which are solved at each step. |h| is kept at 1 or
-    below, which no exponent makes infinite.
+    linear in its other four parameters, which are solved at each step.
     """
     from scipy.optimize import least_squares
 
@@ -69,7 +66,7 @@ def bouc_wen(learned: tuple, shown: tuple) -> np.ndarray:
         for k, moved in enumerate(np.diff(u[:, 0]).tolist(), start=1):
             side = 1.0 if moved * state > 0.0 else -1.0
             state += moved * (1.0 - abs(state) ** n * (b + (1.0 - b) * side)) / reach
-            h[k] = state = min(max(state, -1.0), 1.0)
+            h[k] = state = min(max(state, -1.5), 1.5)
         return np.column_stack([h, u[:, 1], u[:, 0], np.ones_like(h)])
 
     def left(p: np.ndarray) -> np.ndarray:
@@ -77,9 +74,7 @@ def bouc_wen(learned: tuple, shown: tuple) -> np.ndarray:
         return phi @ np.linalg.lstsq(phi, y, rcond=None)[0] - y
 
     starts = [np.array([reach, 0.0, bend]) for reach in (-4.0, -2.5, -1.0) for bend in (0.0, 2.0)]
-    found = min(
-        (least_squares(left, one, bounds=(-_WIDEST, _WIDEST), max_nfev=60) for one in starts), key=lambda one: one.cost
-    )
+    found = min((least_squares(left, one, max_nfev=60) for one in starts), key=lambda one: one.cost)
     weights = np.linalg.lstsq(terms(u, found.x), y, rcond=None)[0]
     return terms(u_shown, found.x) @ weights
 

@@ -166,71 +166,6 @@ def explains(state: Search) -> bool:
     return state.excess < FORM.explained * state.base_excess
 
 
-def drop_departures(state: Search, records: Sequence[Record]) -> Search:
-    """Remove the names of elements that are only how another named element departs from its ideal."""
-    named = {e.name: e for e in (state.fit.model.element(n) for n in state.names)}
-    only = {e.id for e in named.values() if _is_departure(e, named, state, records)}
-    return replace(state, names=tuple(n for n in state.names if n not in only))
-
-
-def _is_departure(own: Element, named: Mapping[str, Element], state: Search, records: Sequence[Record]) -> bool:
-    """Whether an element only describes how another named one departs from its ideal: by its values, or because it
-    closes little beside the other."""
-    departure = own.spec.departure
-    ideal = None if departure is None else next((named[name] for name in departure.of if name in named), None)
-    if departure is None or ideal is None:
-        return False
-    if departure.is_only(own.values(), ideal.values()):
-        return True
-    rest = fit_others(state, own.id, records) if departure.share > 0.0 else None
-    closed = np.inf if rest is None else excess_of(rest) - state.excess
-    return closed < departure.share * contribution(state.fit.model, ideal.id, records)
-
-
-def drop_needless(state: Search, records: Sequence[Record]) -> Search:
-    """Remove every name without which the others fit as well."""
-    for name in state.names if len(state.names) > 1 else ():
-        rest = fit_others(state, name, records)
-        if rest is not None and excess_of(rest) <= state.excess + CHANCE.slack:
-            state = _drop(state, name, rest)
-    return state
-
-
-def drop_preloads(state: Search, records: Sequence[Record]) -> Search:
-    """Remove the name of a constant force beside a preload, where the others close as much to within a small share."""
-    for name in state.names:
-        rest = fit_others(state, name, records) if _is_preload_of(state.fit.model, name) else None
-        if rest is not None and excess_of(rest) <= state.excess + FORM.helps * state.base_excess:
-            state = _drop(state, name, rest)
-    return state
-
-
-def merge_names(state: Search, records: Sequence[Record]) -> Search:
-    """Put one element in the place of those whose work it does alone, where it fits as well: one cause, not several."""
-    for name, spec in CATALOGUE.items():
-        parts = [n for n in state.names if name_of(n) in spec.does_both]
-        if spec.does_both and len(parts) == len(spec.does_both):
-            with suppress(SimulationError):
-                state = _merged(state, name, parts, records)
-    return state
-
-
-def _merged(state: Search, name: str, parts: Sequence[str], records: Sequence[Record]) -> Search:
-    """The state with one element in the place of `parts`, by id; as it is where that fits worse than its form may."""
-    model = state.fit.model
-    for part in parts:
-        model = model.without(part)
-    rest = fit_records(model, records)
-    alone = replace(
-        state, fit=rest, names=tuple(n for n in state.names if n not in parts), excess=excess_of(rest),
-    )  # fmt: skip
-    tried = trials(rest, _given_with_names(alone), records)
-    one = next((t for t in tried if t.name == name and choose([t]) is not None), None)
-    if one is None or one.excess > state.excess + tolerance(one) + CHANCE.slack:
-        return state
-    return replace(_append_name(alone, one, tried), before=state.before)
-
-
 def improve_once(state: Search, records: Sequence[Record], revise: Revise | None = None) -> Search | None:
     """Add the best further name; None where none closes enough.
 
@@ -269,7 +204,7 @@ def _add_best(
     state: Search, records: Sequence[Record], *, excluded: Collection[str] = (), revise: Revise | None = None
 ) -> Search | None:
     least = BUDGET.half_as_good * FORM.helps
-    found = trials(state.fit, _given_with_names(state), records, least=least, excluded=excluded)
+    found = trials(state.fit, given_with_names(state), records, least=least, excluded=excluded)
     chosen = choose([t for t in found if t.name not in state.gone])
     if chosen is None or state.excess - chosen.excess < FORM.helps * state.excess:
         return None
@@ -280,7 +215,7 @@ def add_name(
     state: Search, chosen: Trial, found: Sequence[Trial], records: Sequence[Record], revise: Revise | None = None
 ) -> Search:
     """Add the name that was chosen among the trials, and revise the earlier ones beside it; see `improve_once`."""
-    improved = _refine_curves(_append_name(state, chosen, found), records)
+    improved = _refine_curves(append_name(state, chosen, found), records)
     if len(improved.names) == 1:
         return improved
     return _refine_curves((revise or revise_names)(improved, records), records)
@@ -304,7 +239,7 @@ def gap_remains(state: Search, records: Sequence[Record]) -> bool:
     return state.excess > max(material_excess(records), significant_excess(records)) + form
 
 
-def _append_name(state: Search, chosen: Trial, found: Sequence[Trial]) -> Search:
+def append_name(state: Search, chosen: Trial, found: Sequence[Trial]) -> Search:
     """Append the name that was chosen among the trials."""
     move = Move(
         kind="add",
@@ -324,7 +259,7 @@ def _append_name(state: Search, chosen: Trial, found: Sequence[Trial]) -> Search
     )
 
 
-def _given_with_names(state: Search) -> Model:
+def given_with_names(state: Search) -> Model:
     """The base as given, with the named elements as they were fitted."""
     model = state.given
     for name in state.names:
@@ -356,13 +291,13 @@ def repeat_trials(
     if rest is None:
         return state
     form = FORM.tolerance**2 * contribution(state.fit.model, name, records)
-    if _is_preload_of(state.fit.model, name):  # which then only makes up for what the form of the other leaves
+    if is_preload_of(state.fit.model, name):  # which then only makes up for what the form of the other leaves
         form = max(form, FORM.helps * state.base_excess)
     if excess_of(rest) <= state.excess + form + CHANCE.slack:
-        return _drop(state, name, rest)
+        return drop_name(state, name, rest)
     beside_friction = any(e.spec.friction for e in _named(state) if e.id != name)
     tried = trials(
-        rest, _given_with_names(state).without(name), records, incumbent=name, beside=state.fit.model,
+        rest, given_with_names(state).without(name), records, incumbent=name, beside=state.fit.model,
         excluded=[n for n in _frictions() if n != name_of(name)] if beside_friction else (),
     )  # fmt: skip
     found = [_replace_stuck(t, state, rest, records) if t.id == name else t for t in tried]
@@ -378,7 +313,7 @@ def repeat_trials(
     return _swap(state, name, best, _comparison(rest, others, found))
 
 
-def _is_preload_of(model: Model, name: str) -> bool:
+def is_preload_of(model: Model, name: str) -> bool:
     """Whether an element, by its id, is a constant force beside another that has one as its preload."""
     others = [p for e in model.elements if e.id != name for p in e.spec.parameters]
     return model.element(name).spec.constant_force and any(p.preload for p in others)
@@ -412,7 +347,8 @@ def _comparison(start: Fit, beside: Sequence[str], found: Sequence[Trial]) -> Co
     return Compared(without=start, start=start, beside=tuple(beside), rivals=tuple(found))
 
 
-def _drop(state: Search, name: str, rest: Fit) -> Search:
+def drop_name(state: Search, name: str, rest: Fit) -> Search:
+    """The state without a name; `rest` is the fit of the others."""
     after = excess_of(rest)
     move = Move(kind="drop", name=name_of(name), excess_before=state.excess, excess_after=after, rivals=())
     names = tuple(n for n in state.names if n != name)

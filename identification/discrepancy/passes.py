@@ -11,13 +11,11 @@ from identification.discrepancy.excess import is_seen
 from identification.discrepancy.naming import (
     Compared,
     Search,
-    drop_departures,
-    drop_preloads,
     fit_without,
     gap_remains,
-    merge_names,
     steps,
 )
+from identification.discrepancy.needless import drop_departures, drop_preloads, merge_names
 from identification.discrepancy.search import search
 from identification.discrepancy.verdict import drop_doubtful
 from identification.fitting.leastsquares import Fit

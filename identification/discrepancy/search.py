@@ -12,13 +12,13 @@ from identification.discrepancy.excess import excess_of, is_seen
 from identification.discrepancy.naming import (
     Search,
     add_name,
-    drop_needless,
     explains,
     gap_remains,
     improve_once,
     search_from,
     steps,
 )
+from identification.discrepancy.needless import drop_needless
 from identification.discrepancy.trials import choose
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import refine_curves, with_shapes_of

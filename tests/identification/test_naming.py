@@ -15,6 +15,7 @@ from identification.discrepancy import Verdict, explain, naming, report_data, wr
 from identification.discrepancy.aliases import aliases
 from identification.discrepancy.curves import interval_of_rms
 from identification.discrepancy.excess import contribution, excess_of, form_error
+from identification.discrepancy.needless import drop_departures
 from identification.discrepancy.notes import coarse, unnamed
 from identification.discrepancy.search import search
 from identification.discrepancy.trials import Trial, is_mistaken
@@ -417,11 +418,9 @@ def test_how_the_halves_of_a_joint_with_play_meet_is_no_effect_of_its_own(k: flo
     rest = naming.fit_without(state.fit, "series_compliance", records)
     assert rest is not None
     whole = replace(state, excess=excess_of(rest) - 0.5 * naming.contribution(state.fit.model, "free_play", records))
-    assert naming.drop_departures(whole, records).names == (
-        ("free_play", "series_compliance") if named else ("free_play",)
-    )
+    assert drop_departures(whole, records).names == (("free_play", "series_compliance") if named else ("free_play",))
     of_no_account = replace(state, excess=excess_of(rest))
-    assert naming.drop_departures(of_no_account, records).names == ("free_play",)
+    assert drop_departures(of_no_account, records).names == ("free_play",)
 
 
 @pytest.mark.parametrize(
@@ -436,4 +435,4 @@ def test_a_lag_that_only_smears_a_dead_time_is_no_effect_of_its_own(
     lag: float, delay: float, names: tuple[str, ...]
 ) -> None:
     state, records = as_found(element("control_lag", {"tau": lag}), element("control_delay", {"tau": delay}))
-    assert naming.drop_departures(state, records).names == names
+    assert drop_departures(state, records).names == names

@@ -12,7 +12,7 @@ from identification.discrepancy import verdict
 from identification.discrepancy.evidence import gather, main_doubt
 from identification.discrepancy.explanation import Traces
 from identification.discrepancy.holdout import hold_out
-from identification.discrepancy.naming import merge_names
+from identification.discrepancy.needless import merge_names
 from identification.discrepancy.nexttest import propose
 from identification.discrepancy.notes import beyond, capped, elsewhere, far_as_given, refit_harms
 from identification.discrepancy.verdict import SearchResult, _beyond_noise, _nearest, drop_doubtful

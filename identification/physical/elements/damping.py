@@ -197,7 +197,7 @@ ROWS: Final = (
         parameters=(
             ParameterSpec("alpha", "N", remedy=Remedy.SPEEDS),
             ParameterSpec("alpha_control", "N/A", UNBOUNDED, default=0.0, gain=True, remedy=Remedy.CURRENT),
-            # So steep it is a friction, and no friction of the catalogue follows the current as this does.
+            # As steep as this it is a friction: a friction that fits as well is simpler, but none follows the current.
             ParameterSpec("beta", "s/m", TINY, limits=_slopes, high_is_meant=True, remedy=Remedy.SPEEDS),
             ParameterSpec("delta", "–", bound_is_meant=True, remedy=Remedy.SPEEDS),
             # A measured hysteresis turns over across a displacement z_r; the canonical form does so at one point.
