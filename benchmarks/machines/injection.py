@@ -65,7 +65,7 @@ def injected(seed: int, sets: Sequence[MeasuredSet]) -> Injected:
     own = [measured.runs[k] for k in order[: count + 1]]
     motions = [motion_of(r) for r in own]
     scale = _scale(own, motions)
-    effect = OFFERED[(seed + seed // len(sets)) % len(OFFERED)]
+    effect = OFFERED[(seed % len(sets) + seed // len(sets)) % len(OFFERED)]
     base = _base(rng, scale)
     values = effect.draw(rng, scale, {"film": scale.force_n / scale.speed_m_s, "area_r": 1e-3, "area_c": 1e-3})
     changed = [_changed(rng, values, r, m) for r, m in zip(own, motions, strict=True)]
