@@ -57,7 +57,10 @@ class Injected:
 
 
 def injected(seed: int, sets: Sequence[MeasuredSet]) -> Injected:
-    """The injection of a seed; the same seed and sets give the same. Seeds in a row go through sets and effects alike."""
+    """The injection of a seed; the same seed and sets give the same.
+
+    Seeds in a row go through the sets, and every set meets every effect.
+    """
     rng = np.random.default_rng([23, seed])
     measured = sets[seed % len(sets)]
     order = [int(k) for k in rng.permutation(len(measured.runs))]

@@ -10,8 +10,8 @@ import numpy as np
 
 from identification.criteria import BUDGET, CHANCE, FORM
 from identification.discrepancy.excess import (
-    contribution,
     excess_of,
+    form_energy,
     form_error,
     material_excess,
     significant_excess,
@@ -290,7 +290,7 @@ def repeat_trials(
     rest = fit_others(state, name, records)
     if rest is None:
         return state
-    form = FORM.tolerance**2 * contribution(state.fit.model, name, records)
+    form = FORM.tolerance**2 * form_energy(state.fit.model, name, records)
     if is_preload_of(state.fit.model, name):  # which then only makes up for what the form of the other leaves
         form = max(form, FORM.helps * state.base_excess)
     if excess_of(rest) <= state.excess + form + CHANCE.slack:

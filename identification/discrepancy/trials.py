@@ -12,7 +12,7 @@ import numpy as np
 from identification.compute import run
 from identification.criteria import BUDGET, CHANCE, FORM
 from identification.discrepancy.candidates import admissible, guesses, starts_out_of
-from identification.discrepancy.excess import contribution, excess_of
+from identification.discrepancy.excess import contribution_and_form, excess_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
@@ -31,6 +31,7 @@ class Trial:
     fit: Fit
     excess: float  # whitened residual energy beyond the noise
     contribution: float  # whitened energy of what the element adds
+    formed: float  # of that, what has a form; see `form_energy`
     parameters: int
     screened: float  # the share of the residual that its signature explains
     closed: float  # whitened energy by which it lowers the excess
@@ -271,11 +272,13 @@ def trial_of(fit: Fit, own_id: str, start: Fit, records: Sequence[Record], scree
     """A fit as a trial of the element of that id in it, added to what `start` is a fit of."""
     own = fit.model.element(own_id)
     free = [not p.fixed and not q.refinement for p, q in zip(own.parameters, own.spec.parameters, strict=True)]
+    whole, formed = contribution_and_form(fit.model, own_id, records)
     return Trial(
         id=own_id,
         fit=fit,
         excess=excess_of(fit),
-        contribution=contribution(fit.model, own_id, records),
+        contribution=whole,
+        formed=formed,
         parameters=sum(free),
         screened=screened,
         closed=max(excess_of(start) - excess_of(fit), 0.0),
@@ -359,7 +362,7 @@ def allowance(best: Trial, other: Trial) -> float:
     form = tolerance(best) + CHANCE.slack
     falls, steady = best.own.spec, other.own.spec
     if falls.dry_friction and falls.falls_with_speed and steady.dry_friction and not steady.falls_with_speed:
-        built_up = FORM.build_up**2 * min(best.contribution, best.closed)
+        built_up = FORM.build_up**2 * min(best.formed, best.closed)
         return min(form, max(built_up, max(best.excess, 0.0) + CHANCE.at_noise * best.fit.samples))
     return form
 
@@ -374,7 +377,7 @@ def own_form(trial: Trial) -> float:
 
     A share of what the element closes, not of its whole force: most of that may only trade places with the base.
     """
-    return FORM.tolerance**2 * min(trial.contribution, trial.closed)
+    return FORM.tolerance**2 * min(trial.formed, trial.closed)
 
 
 def complexity(trial: Trial) -> float:
