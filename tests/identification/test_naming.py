@@ -420,7 +420,7 @@ def test_how_the_halves_of_a_joint_with_play_meet_is_no_effect_of_its_own(k: flo
     state, records = as_found(play, seat)
     rest = naming.fit_without(state.fit, "series_compliance", records)
     assert rest is not None
-    whole = replace(state, excess=excess_of(rest) - 0.5 * naming.contribution(state.fit.model, "free_play", records))
+    whole = replace(state, excess=excess_of(rest) - 0.5 * contribution(state.fit.model, "free_play", records))
     assert drop_departures(whole, records).names == (("free_play", "series_compliance") if named else ("free_play",))
     of_no_account = replace(state, excess=excess_of(rest))
     assert drop_departures(of_no_account, records).names == ("free_play",)
