@@ -27,7 +27,10 @@ def starts_out_of(fitted: Element, name: str, growth: Growth, scales: Scales) ->
 
 
 def _first(name: str, values: Values, scales: Scales) -> Element:
-    return _limit(element(name, values, CATALOGUE[name].held), scales)
+    """An element with first values; those of an element that fits may lie on a bound, and shares of them beyond it."""
+    bounds = {s.name: (s.low, s.high) for s in CATALOGUE[name].parameters}
+    inside = {n: min(max(v, bounds[n][0]), bounds[n][1]) for n, v in values.items()}
+    return _limit(element(name, inside, CATALOGUE[name].held), scales)
 
 
 def _with(e: Element, own: Mapping[str, Parameter]) -> Element:

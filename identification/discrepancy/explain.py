@@ -144,21 +144,29 @@ def _search(
     train, held = ([with_motion_noise(r, level or base.model) for r in rs] for rs in (train, held))
     quiet = [_with_noise_of(q, r) for q, r in zip(quiet, train, strict=True)]
     base = fit_records(base.model, quiet)
-    pieces = fair_shares(quiet, base.residuals)
-    if any(p is not q for p, q in zip(pieces, quiet, strict=True)):
-        quiet, base = pieces, fit_records(base.model, pieces)
+    whole, quiet = quiet, fair_shares(quiet, base.residuals)
+    if any(p is not q for p, q in zip(quiet, whole, strict=True)):
+        base = fit_records(base.model, quiet)
     report("searching for missing effects", 0.2)
     unseen = _remove_hum(base, hum, held)
     only_held_out = not _is_seen(base, quiet) and gap_on(unseen, base, quiet)
     if only_held_out:  # the doubt about their noise is no longer what decides
-        quiet = [replace(r, modelled=0.0, independent=1.0, floor_variance=1.0) for r in quiet]
-    found, evidence, withheld, within = search_in_passes(
-        model, base, quiet, unseen, lambda text: report(text, 0.4), partial(is_enough, train)
-    )
-    return SearchResult(
-        base=base, found=found, evidence=evidence, withheld=withheld, hum=hum, train=train, held=held, quiet=quiet,
-        only_held_out=only_held_out, within=within,
+        whole, quiet = (
+            [replace(r, modelled=0.0, independent=1.0, floor_variance=1.0) for r in rs] for rs in (whole, quiet)
+        )
+    passes = search_in_passes(
+        model, base, quiet, unseen, lambda text: report(text, 0.4),
+        is_enough=partial(is_enough, train), share=partial(_share_again, whole),
     )  # fmt: skip
+    return SearchResult(
+        base=passes.base, found=passes.found, evidence=passes.evidence, withheld=passes.withheld, hum=hum, train=train,
+        held=held, quiet=passes.records, only_held_out=only_held_out, within=passes.within,
+    )  # fmt: skip
+
+
+def _share_again(whole: Sequence[Record], model: Model) -> list[Record]:
+    """The fair shares of the records in which a model fails most."""
+    return fair_shares(whole, [r.measured - predict(model, r)[0] for r in whole])
 
 
 def _is_seen(base: Fit, records: Sequence[Record]) -> bool:

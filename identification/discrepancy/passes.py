@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from identification.criteria import FORM
 from identification.discrepancy.evidence import Evidence, excess_on
-from identification.discrepancy.excess import is_seen
+from identification.discrepancy.excess import excess_of, is_seen
 from identification.discrepancy.naming import (
     Compared,
     Search,
@@ -18,13 +18,24 @@ from identification.discrepancy.naming import (
 from identification.discrepancy.needless import drop_departures, drop_preloads, merge_names
 from identification.discrepancy.search import search
 from identification.discrepancy.verdict import drop_doubtful
-from identification.fitting.leastsquares import Fit
+from identification.fitting.leastsquares import Fit, fit_records
 from identification.physical.model import Model, name_of
 from identification.record import Record
 
 Found = tuple[Search, list[Evidence], list[Evidence]]
-Asked = tuple[Search, list[Evidence], list[Evidence], Search | None]
 Report = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Passes:
+    """What all passes have found, and where the last one has looked."""
+
+    found: Search
+    evidence: list[Evidence]
+    withheld: list[Evidence]  # the evidence for names that are not stated
+    within: Search | None  # what a last pass found within the tolerance of form
+    base: Fit  # without a name, on `records`
+    records: Sequence[Record]
 
 
 def search_in_passes(
@@ -33,20 +44,25 @@ def search_in_passes(
     records: Sequence[Record],
     held_out: Sequence[Record],
     report: Report,
+    *,
     is_enough: Callable[[Model], bool] = lambda model: False,
-) -> Asked:
-    """Names that `base` is missing on `records` (compact), the evidence for them, that for names not stated, and what a
-    last pass found within the tolerance of form. No further pass is made from a model that `is_enough`.
+    share: Callable[[Model], Sequence[Record]] | None = None,
+) -> Passes:
+    """Names that `base` is missing on `records` (compact), and the evidence for them. No further pass is made from a
+    model that `is_enough`.
 
     A doubtful name that is taken back leaves room for another, and a small effect hides in the error of form that a
     large one may have: the search is repeated with the names that stand as part of the base, until a pass finds none.
     What it finds within the tolerance of form counts where it closes nearly all that was left: a departure of form is
-    no other element.
+    no other element. Each pass looks at the records that `share` gives for the model it starts from, as at those in
+    which the first model failed most an effect may be missing that acts elsewhere; by default at the same.
     """
     found, evidence, withheld = _one_pass(given, base, (), (), records, held_out, report)
     latest, within, refused = found.names, None, _refused(found, withheld)
-    while latest and len(found.names) < FORM.most_effects and is_seen(found.excess, records):
-        if is_enough(found.fit.model):
+    while latest and len(found.names) < FORM.most_effects and not is_enough(found.fit.model):
+        if share is not None:
+            found, base, records = _elsewhere(found, base, records, share(found.fit.model))
+        if not is_seen(found.excess, records):
             break
         report(f"searching for more beside {len(found.names)}")
         more, new, doubtful = _one_pass(found.fit.model, found.fit, found.names, refused, records, held_out, report)
@@ -61,7 +77,20 @@ def search_in_passes(
             if (merged := merge_names(found, records)).names != found.names:
                 found, evidence, doubtful = _judged(merged, records, held_out)
                 withheld = [*withheld, *doubtful]
-    return found, evidence, [e for e in withheld if e.name not in found.names], within
+    withheld = [e for e in withheld if e.name not in found.names]
+    return Passes(found=found, evidence=evidence, withheld=withheld, within=within, base=base, records=records)
+
+
+def _elsewhere(
+    found: Search, base: Fit, records: Sequence[Record], others: Sequence[Record]
+) -> tuple[Search, Fit, Sequence[Record]]:
+    """The search and its base fitted to other records, and these; as they are where no record is another one."""
+    if all(r is q for r, q in zip(records, others, strict=True)):
+        return found, base, records
+    fit, base = fit_records(found.fit.model, others), fit_records(base.model, others)
+    compared = {n: _beside(found.compared[n], fit, n, others) for n in found.names}
+    moved = replace(found, fit=fit, excess=excess_of(fit), base_excess=excess_of(base), compared=compared)
+    return moved, base, others
 
 
 def _closes_the_rest(more: Search, found: Search, held_out: Sequence[Record]) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification.discrepancy.candidates import starts_out_of
-from identification.physical.elements import CATALOGUE
+from identification.physical.elements import CATALOGUE, Growth
 from identification.physical.model import Model, element
 from identification.physical.simulate import simulate
 from identification.scales import scales_of
@@ -42,3 +42,20 @@ def test_a_limit_starts_with_the_force_of_what_it_is_the_limit_of(
     wanted, has = (simulate(Model(name="m", elements=(e, DASHPOT)), inputs).force for e in (fitted, limit))
     differ = np.abs(has - wanted) > 0.03 * np.max(np.abs(wanted))
     assert np.count_nonzero(differ) <= 0.03 * wanted.size  # at the reversals a bristle turns within a few samples
+
+
+GROWTHS = [
+    (growth, name)
+    for name, spec in CATALOGUE.items()
+    for growth in (*spec.limits_of, *([spec.growth] if spec.growth else []))
+]
+
+
+@pytest.mark.parametrize(("growth", "name"), GROWTHS, ids=lambda one: one if isinstance(one, str) else one.of)
+def test_what_starts_out_of_an_element_on_its_bounds_lies_within_its_own(growth: Growth, name: str) -> None:
+    scales = scales_of(records_with("coulomb_friction"), 50.0)
+    richer = CATALOGUE[growth.of]
+    lowest = element(growth.of, {p.name: max(p.low, -1.0) for p in richer.parameters})
+    for start in starts_out_of(lowest, name, growth, scales):
+        for spec, p in zip(start.spec.parameters, start.parameters, strict=True):
+            assert spec.low <= p.value <= spec.high

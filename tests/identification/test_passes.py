@@ -44,8 +44,8 @@ def in_passes(
 ) -> tuple[Search, list[str]]:
     told.last = told.answers[-1][0]
     monkeypatch.setattr(PASSES, "_one_pass", told)
-    found, evidence, _, _ = search_in_passes(BASE, fit_records(BASE, records), records, records, str, enough)
-    return found, [e.name for e in evidence]
+    found = search_in_passes(BASE, fit_records(BASE, records), records, records, str, is_enough=enough)
+    return found.found, [e.name for e in found.evidence]
 
 
 def gas_records() -> list[Record]:
@@ -92,3 +92,24 @@ def test_what_a_search_found_from_the_names_that_stand_is_refused_in_the_next_pa
     told = Told((stands, gather(both, records, records)[:1], withheld))
     in_passes(told, records, monkeypatch, lambda model: False)
     assert told.refused == [[], refused]
+
+
+def test_each_pass_looks_where_what_it_starts_from_fails_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    first, elsewhere = records_with("linear_stiffness")[:2], records_with("moving_mass")[:2]
+    found = found_with("force_offset", records=first)
+    told = Told((found, gather(found, first, first), []))
+    told.last = found
+    monkeypatch.setattr(PASSES, "_one_pass", told)
+    asked: list[Model] = []
+
+    def share(model: Model) -> list[Record]:
+        asked.append(model)
+        return elsewhere
+
+    passes = search_in_passes(BASE, fit_records(BASE, first), first, first, str, share=share)
+    fitted = fit_records(found.fit.model, elsewhere)
+    assert asked == [found.fit.model]
+    assert passes.records is elsewhere
+    assert passes.found.excess == pytest.approx(excess_of(fitted))
+    assert passes.found.base_excess == pytest.approx(excess_of(fit_records(BASE, elsewhere)))
+    assert excess_of(passes.found.compared["force_offset"].without) > passes.found.excess
