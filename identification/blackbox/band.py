@@ -19,7 +19,8 @@ LEVELS = (LOWEST, 0.6, 0.7, 0.8, 0.85, LEVEL, 0.95, 0.975, HIGHEST)
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """Half-width = factor(level)·√(floor² + s²), s the spread of the members at a sample, N.
+    """Half-width = factor(level)·√(floor² + s² + o²): s is the spread of the members at a sample, N, and o what the
+    model adds to its force there because an input lies outside of the training, N (see `outside`).
 
     `floor`, N, is the rms error in cross-validation; the factors are quantiles of |e|/√(floor² + s²) there: conformal
     prediction with normalised errors (Papadopoulos, Gammerman and Vovk 2008; across folds as in the CV+ of Barber,
@@ -38,10 +39,11 @@ class Band:
         if not np.all(np.isfinite(self.factors)) or self.factors[0] < 0.0 or np.any(np.diff(self.factors) < 0.0):
             raise ModelError("band.factors must be finite, not negative, and rise with the level")
 
-    def half_width(self, spread: Floats, level: float) -> Floats:
+    def half_width(self, spread: Floats, level: float, outside: Floats | float = 0.0) -> Floats:
         """Half-width at each sample, (N,), N; raises DataError for a level that is not kept."""
         check_level(level)
-        return np.asarray(float(np.interp(level, LEVELS, self.factors)) * np.hypot(self.floor, spread))
+        factor = float(np.interp(level, LEVELS, self.factors))
+        return np.asarray(factor * np.hypot(np.hypot(self.floor, spread), outside))
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,45 @@ class Fold:
 
 
 def folds_of(courses: Sequence[Course], count: int = FOLDS) -> list[Fold]:
+    """What is left out in turn: whole currents where there are several, whole runs where there are many, or stretches.
+
+    Of runs at three currents or more, all of a current between the lowest and the highest one are left out together:
+    else no part that is left out would show how wrong a model is at a current that it has not learned. The runs
+    of the lowest and of the highest current are left out as those of one current are, so that no fold reaches beyond
+    what was learned.
+    """
+    levels = _currents(courses)
+    if len(levels) < 3:
+        return _of_one_current(courses, count)
+    ends = zip(_of_one_current(levels[0], count), _of_one_current(levels[-1], count), strict=True)
+    return [_with_currents(_together(*pair), levels[1:-1], k, count) for k, pair in enumerate(ends)]
+
+
+def _currents(courses: Sequence[Course]) -> list[list[Course]]:
+    """The courses by current, the lowest first: two whose ranges of the current meet are at the same one."""
+    ordered = sorted(courses, key=lambda one: float(np.min(one.motion.i)))
+    levels: list[list[Course]] = []
+    highest = -np.inf
+    for course in ordered:
+        if not levels or float(np.min(course.motion.i)) > highest:
+            levels.append([])
+        levels[-1].append(course)
+        highest = max(highest, float(np.max(course.motion.i)))
+    return levels
+
+
+def _with_currents(fold: Fold, between: Sequence[Sequence[Course]], k: int, count: int) -> Fold:
+    """A fold that also leaves out every `count`-th of some currents, and learns from the others."""
+    learned = [one for n, level in enumerate(between) if n % count != k for one in level]
+    shown = [one for level in between[k::count] for one in level]
+    return _together(fold, Fold(tuple(learned), tuple(shown)))
+
+
+def _together(one: Fold, other: Fold) -> Fold:
+    return Fold((*one.learned, *other.learned), (*one.shown, *other.shown))
+
+
+def _of_one_current(courses: Sequence[Course], count: int) -> list[Fold]:
     """Every `count`-th run left out in turn, or, of fewer runs than twice that, a stretch of each run.
 
     Runs are taken in the order of the size of their force, so that each part has strong and weak ones.

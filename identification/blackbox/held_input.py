@@ -10,14 +10,12 @@ from identification.compiled import summing
 
 
 @summing
-def next_forces(
-    weights, delays, inputs, force, at, columns, ages, levels, limits, nodes, rows, since, known, z, y, out
-):
+def next_forces(weights, delays, inputs, force, at, columns, ages, levels, limits, nodes, rows, since, known, y, out):
     """The scaled force of the next J samples from sample `at` on, at every level of the held input, into `out` (K, J).
 
     inputs (N, m) and force (N,): the past that the network has, up to sample at − 1. The input stands in the `columns`
-    of `inputs` with the delays `ages`; `levels` (K,) are scaled. rows (D + J, m), since, known and y (D + J,), z (H,)
-    are working space, D the longest delay.
+    of `inputs` with the delays `ages`; `levels` (K,) are scaled. rows (D + J, m), since, known and y (D + J,) are
+    working space, D the longest delay.
     """
     size, ahead = y.size, out.shape[1]
     longest = size - ahead
@@ -30,6 +28,6 @@ def next_forces(
         for c in range(columns.size):
             for i in range(longest + ages[c], size):
                 rows[i, columns[c]] = levels[k]
-        simulate(weights, delays, rows, since, known, limits, nodes, z, y)
+        simulate(weights, delays, rows, since, known, limits, nodes, y)
         for j in range(ahead):
             out[k, j] = y[longest + j]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from identification.blackbox.model import BlackBox
 from identification.blackbox.modelfile import blackbox_from_json, blackbox_to_json
+from identification.blackbox.outside import added_outside
 from identification.blackbox.samples import course_along
 from identification.blackbox.scaling import MARGIN
 from identification.errors import ModelError, SimulationError
@@ -87,11 +88,12 @@ class Hybrid:
         return base, self.share(motion) * self.rest.along(course_along(motion, base))
 
     def half_width(self, motion: Motion, level: float) -> Floats | None:
-        """Half of the width of the band of its network, (N,), N; None where that was not calibrated."""
+        """Half of the width of its band, (N,), N; None where its network was not calibrated; raises SimulationError."""
         if self.rest.band is None:
             return None
         motion = motion.held()
-        return self.rest.half_width_along(course_along(motion, self.base.force(motion)), level)
+        spread = self.rest.spread(course_along(motion, self.base.force(motion)))
+        return self.rest.band.half_width(spread, level, added_outside(self, motion))
 
     def share(self, motion: Motion) -> Floats:
         """The weight w of the network, (N,)."""

@@ -4,24 +4,26 @@ y(t) = c·φ(t) + c₀ + Σ_j W_j·tanh(V_j·φ(t) + V_j0), clipped to [low, hig
 φ(t) = [y(t − d) for every delay d, then the m inputs of sample t].
 
 `weights` holds V first, a row of H for each of the R regressors and one for the bias; then W (H,); then c (R,) and c₀.
-`nodes` is a tuple of H entries, H a multiple of four: its length is known when the loop is compiled.
+`nodes` is a tuple of H entries, H a multiple of four: its length is known when the loop is compiled (see `lanes`).
 """
 
 # Numba infers the types of these functions from their calls; annotations would not be read.
 # mypy: allow-untyped-defs, allow-untyped-calls, allow-untyped-decorators
+# mypy: disable-error-code="call-arg, var-annotated, unreachable"
 
 from __future__ import annotations
 
+from identification.blackbox.lanes import added, inner, product, put, scaled, taken
 from identification.blackbox.tangent import tanh
 from identification.compiled import summing
 
 
 @summing
-def simulate(weights, delays, inputs, since, measured, limits, nodes, z, y):
+def simulate(weights, delays, inputs, since, measured, limits, nodes, y):
     """Simulates from sample to sample, into `y` (N,).
 
     Sample t is simulated where t ≥ since[t], and given by `measured` otherwise; what it feeds back is simulated from
-    sample since[t] on, and measured before. All scaled; `z` (H,) is working space.
+    sample since[t] on, and measured before. All scaled.
     """
     n, m = inputs.shape
     h, fed = len(nodes), delays.size
@@ -32,41 +34,25 @@ def simulate(weights, delays, inputs, since, measured, limits, nodes, z, y):
         if t < since[t]:
             y[t] = measured[t]
             continue
-        s = weights[line + r]
-        for j in range(h):
-            z[j] = weights[r * h + j]
-        for i in range(m):
-            u = inputs[t, i]
-            s += weights[line + fed + i] * u
-            for j in range(h):
-                z[j] += weights[(fed + i) * h + j] * u
-        for i in range(fed - 1, 0, -1):
-            p = t - delays[i]
-            u = y[p] if p >= since[t] else measured[p]
+        s, z = weights[line + r], taken(weights, r * h, nodes)
+        for i in range(r - 1, -1, -1):  # the last force comes last: all else can be computed while it is awaited
+            u = _regressor(i, t, fed, delays, inputs, since, measured, y)
             s += weights[line + i] * u
-            for j in range(h):
-                z[j] += weights[i * h + j] * u
-        u = 0.0  # the last force comes last: all else can be computed while it is awaited
-        if fed:
-            p = t - delays[0]
-            u = y[p] if p >= since[t] else measured[p]
-            s += weights[line] * u
-        for j in range(h):
-            s += weights[out + j] * tanh(z[j] + weights[j] * u)
+            z = added(z, taken(weights, i * h, nodes), u)
+        s += inner(taken(weights, out, nodes), tanh(z))
         s = s if s > limits[0] else limits[0]
         y[t] = s if s < limits[1] else limits[1]
 
 
 @summing
-def gradient(weights, delays, inputs, since, measured, limits, nodes, span, z, g, y, rows):
+def gradient(weights, delays, inputs, since, measured, limits, nodes, span, gains, y, rows):
     """The derivative of y(t) by every weight, for the samples of a `span`, into the last rows of `rows`.
 
     `rows` (most + span, P): its first rows hold those of the samples before the span, as many as the longest delay.
-    y : (N,) what `simulate` gave; `z`, `g` (H,) are working space.
+    y : (N,) what `simulate` gave; `gains`, one for each delay, is working space. The delays rise.
     """
-    m = inputs.shape[1]
     h, fed = len(nodes), delays.size
-    r = fed + m
+    r = fed + inputs.shape[1]
     out = (r + 1) * h
     line = out + h
     first, last = span
@@ -77,41 +63,27 @@ def gradient(weights, delays, inputs, since, measured, limits, nodes, span, z, g
             for k in range(row.size):
                 row[k] = 0.0
             continue
-        for j in range(h):
-            z[j] = weights[r * h + j]
+        z = taken(weights, r * h, nodes)
         for i in range(r):
             u = _regressor(i, t, fed, delays, inputs, since, measured, y)
             row[line + i] = u
-            for j in range(h):
-                z[j] += weights[i * h + j] * u
+            z = added(z, taken(weights, i * h, nodes), u)
         row[line + r] = 1.0
-        for j in range(h):
-            q = tanh(z[j])
-            row[out + j] = q
-            g[j] = weights[out + j] * (1.0 - q * q)
-            row[r * h + j] = g[j]
-        for i in range(r):
-            u = row[line + i]
-            for j in range(h):
-                row[i * h + j] = g[j] * u
-        for i in range(0, fed, 2):  # two at once: each pass over a row costs as much as its sums
-            if t - delays[i] < since[t]:
-                break
-            one, before = _gain(i, g, weights, line, nodes), rows[t - delays[i] + ahead]
-            other, earlier = 0.0, before
-            if i + 1 < fed and t - delays[i + 1] >= since[t]:
-                other, earlier = _gain(i + 1, g, weights, line, nodes), rows[t - delays[i + 1] + ahead]
-            for k in range(row.size):
-                row[k] += one * before[k] + other * earlier[k]
-
-
-@summing
-def _gain(i, g, weights, line, nodes):
-    """∂y(t)/∂y(t − d) of the force of the i-th delay."""
-    gain = weights[line + i]
-    for j in range(len(nodes)):
-        gain += g[j] * weights[i * len(nodes) + j]
-    return gain
+        q, w = tanh(z), taken(weights, out, nodes)
+        g = added(w, product(product(q, q), w), -1.0)  # W_j·(1 − tanh²)
+        back = 0  # delays at which the force was simulated
+        while back < fed and t - delays[back] >= since[t]:
+            gains[back] = weights[line + back] + inner(g, taken(weights, back * h, nodes))  # ∂y(t)/∂y(t − d)
+            back += 1
+        for i in range(r + 2):  # each number of a row is written once: that costs as much as its sums
+            lanes = scaled(g, row[line + i]) if i <= r else q
+            for k in range(back):
+                lanes = added(lanes, taken(rows[t - delays[k] + ahead], i * h, nodes), gains[k])
+            put(row, i * h, lanes)
+        for k in range(back):
+            before = rows[t - delays[k] + ahead]
+            for i in range(line, row.size):
+                row[i] += gains[k] * before[i]
 
 
 @summing

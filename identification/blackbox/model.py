@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from identification.blackbox.band import Band
 from identification.blackbox.memory import remembered
 from identification.blackbox.network import network
+from identification.blackbox.outside import added_outside
 from identification.blackbox.samples import Course, course_along, samples_of
 from identification.blackbox.scaling import Scales
 from identification.blackbox.structure import FORCE, MODEL, Structure
@@ -147,14 +148,14 @@ class BlackBox:
 
     def half_width(self, motion: Motion, level: float) -> Floats | None:
         """Half of the width of its band, (N,), N; None where it was not calibrated; raises SimulationError."""
-        return self.half_width_along(course_along(motion), level)
-
-    def half_width_along(self, course: Course, level: float) -> Floats | None:
-        """The same along a course."""
         if self.band is None:
             return None
-        check_rate(self.name, self.dt, course.motion.dt)
-        return self.band.half_width(np.std(self.each(course), axis=0), level)
+        check_rate(self.name, self.dt, motion.dt)
+        return self.band.half_width(self.spread(course_along(motion)), level, added_outside(self, motion))
+
+    def spread(self, course: Course) -> Floats:
+        """Standard deviation of the force over the members, (N,), N."""
+        return np.asarray(np.std(self.each(course), axis=0))
 
     def _from_lead(self, member: Member, course: Course, before: float = 0.0) -> Floats:
         """Force of one member over the lead and the course, N, from a scaled force `before`."""

@@ -38,16 +38,15 @@ class Prepared:
     """The loops on some samples: what they take, and their working space."""
 
     given: tuple[object, ...]
-    z: Floats
-    g: Floats
+    gains: Floats  # one for each force that is fed back
 
     def simulate(self, force: Floats) -> None:
         """The scaled force, into (N,)."""
-        loops.simulate(*self.given, self.z, force)
+        loops.simulate(*self.given, force)
 
     def gradient(self, span: tuple[int, int], force: Floats, rows: Floats) -> None:
         """The gradient over a span of the samples, into the last of `rows`."""
-        loops.gradient(*self.given, span, self.z, self.g, force, rows)
+        loops.gradient(*self.given, span, self.gains, force, rows)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +94,7 @@ class Network:
         delays = np.array(self.structure.fed_back, dtype=np.int64)
         lanes = self.structure.lanes
         given = (weights, delays, samples.inputs, samples.since(horizon), samples.force, self.limits, (0,) * lanes)
-        return Prepared(given, np.empty(lanes), np.empty(lanes))
+        return Prepared(given, np.empty(delays.size))
 
 
 def network(structure: Structure, scales: Scales) -> Network:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from identification.blackbox.band import Band
 from identification.blackbox.memory import remembered
 from identification.blackbox.model import check_rate
+from identification.blackbox.outside import added_outside
 from identification.blackbox.samples import Course, Samples, course_along, samples_of
 from identification.blackbox.scaling import Scales
 from identification.blackbox.structure import FORCE, Structure
@@ -146,8 +147,10 @@ class PolynomialNarx:
         return polynomial_stepper(self, dt)
 
     def half_width(self, motion: Motion, level: float) -> Floats | None:
-        """Half of the width of its band, (N,), N, the same everywhere; None where it was not calibrated."""
-        return None if self.band is None else self.band.half_width(np.zeros(motion.x.size), level)
+        """Half of the width of its band, (N,), N, the same everywhere inside the training; None: not calibrated."""
+        if self.band is None:
+            return None
+        return self.band.half_width(np.zeros(motion.x.size), level, added_outside(self, motion))
 
     def memory(self, course: Course) -> float:
         """How long it remembers its start along a course, s, from the lowest and the highest force; may be infinite."""

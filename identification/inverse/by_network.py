@@ -96,7 +96,7 @@ class _Past:
         given = (
             np.array(structure.fed_back, dtype=np.int64), self.inputs, self.force, self.columns, self.ages,
             self.net.limits, (0,) * lanes, np.empty((size, self.inputs.shape[1])), np.empty(size, dtype=np.int64),
-            np.empty(size), np.empty(lanes), np.empty(size),
+            np.empty(size), np.empty(size),
         )  # fmt: skip
         return _Ahead(self, count, given)
 

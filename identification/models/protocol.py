@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -41,6 +41,14 @@ class TrainingRange:
             if share > 0.0:
                 shares[signal] = share
         return shares
+
+    def inside(self, motion: Motion) -> Motion:
+        """The motion with every signal cut at the edges of its range."""
+        cut = {
+            SIGNALS[signal]: np.clip(getattr(motion, SIGNALS[signal]), low, high)
+            for signal, (low, high) in self.limits.items()
+        }
+        return replace(motion, **cut)
 
     def described(self, motion: Motion) -> list[str]:
         """A sentence for each signal of a motion that leaves its range: how often, where first, and how far."""

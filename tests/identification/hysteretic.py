@@ -20,9 +20,13 @@ def hysteretic(
     rate_hz: float = RATE_HZ,
     noise: float = 0.01,
     current: bool = False,
+    held_a: float | None = None,
     rest_s: float = 0.0,
 ) -> Run:
-    """A run of a multisine of 0.4 to 6 Hz that rests at both ends; its force has `noise` times its size of noise."""
+    """A run of a multisine of 0.4 to 6 Hz that rests at both ends; its force has `noise` times its size of noise.
+
+    Its current is not recorded and 0.5 A, or recorded: with `current` a sine, with `held_a` that value, A.
+    """
     rng = np.random.default_rng(seed)
     count, dt = samples * _FINE, 1.0 / (rate_hz * _FINE)
     t = np.arange(count) * dt
@@ -34,14 +38,18 @@ def hysteretic(
         share = np.clip(2.0 * (np.minimum(t, t[-1] - t) - rest_s), 0.0, 1.0)
         x = x * share
         v = np.gradient(x, dt)
-    i = 0.5 + 0.4 * np.sin(2.0 * np.pi * 0.7 * t + rng.uniform(0.0, 6.0)) if current else np.full(count, 0.5)
+    i = (
+        0.5 + 0.4 * np.sin(2.0 * np.pi * 0.7 * t + rng.uniform(0.0, 6.0))
+        if current
+        else np.full(count, 0.5 if held_a is None else held_a)
+    )
     force = _force(v, i, dt)[::_FINE]
     channels = {
         "displacement": x[::_FINE] + 1e-6 * rng.standard_normal(samples),
         "force": force + noise * np.std(force) * rng.standard_normal(samples),
     }
     units = {"displacement": "m", "force": "N"}
-    if current:
+    if current or held_a is not None:
         channels["current"], units["current"] = i[::_FINE].copy(), "A"
     return Run(
         run_id=f"hysteretic-{seed}", created="2026-01-01T00:00:00+00:00", specimen="hysteretic",

@@ -15,6 +15,10 @@ from hypothesis import strategies as st
 
 from identification.blackbox import Base, BlackBox, Identified, Structure, identify, regressors, write_identified
 from identification.blackbox.band import LEVELS, Band, LeftOut, band_of, coverage_of
+from identification.blackbox.described import identified_text
+from identification.blackbox.folds import folds_of
+from identification.blackbox.outside import added_outside
+from identification.blackbox.preparation import course_of
 from identification.errors import DataError, ModelError, ModelFileError
 from identification.models import compare, comparison_data, load_model, motion_of
 from identification.models.band import half_width_of
@@ -46,6 +50,63 @@ def test_a_band_of_90_percent_holds_85_to_95_percent_of_runs_that_were_never_see
     assert 0.85 <= reached <= 0.95, result.reached
     assert abs(result.coverage - reached) < 0.06
     assert result.model.facts["coverage_held_out"] == pytest.approx(reached)
+
+
+CURRENTS_A = (0.0, 0.5, 1.5, 2.0)
+AT_CURRENTS = tuple(
+    hysteretic(10 * k + seed, 800, held_a=held_a) for k, held_a in enumerate(CURRENTS_A) for seed in (1, 2)
+)
+BETWEEN, BEYOND = hysteretic(91, 1200, held_a=1.0), hysteretic(92, 1200, held_a=3.0)
+
+
+@cache
+def of_currents() -> Identified:
+    return identify(
+        "nnoe", AT_CURRENTS, held_out=[BETWEEN, BEYOND], structures=[Structure(regressors("P0 Q0 R0 v0 i0"), 8)]
+    )
+
+
+def test_the_band_holds_its_level_at_a_current_between_and_widens_beyond_the_training() -> None:
+    result = of_currents()
+    assert min(result.reached.values()) >= 0.85, result.reached
+    between, beyond = (half_width_of(result.model, motion_of(run)) for run in (BETWEEN, BEYOND))
+    assert between is not None
+    assert beyond is not None
+    assert np.mean(beyond) > 2.0 * np.mean(between)
+
+
+def test_a_held_out_run_that_leaves_the_training_is_told() -> None:
+    told = identified_text(of_currents())
+    assert "hysteretic-92: current leaves the training range [0, 2] in 1e+02 % of the samples" in told
+    assert "hysteretic-91: current" not in told
+
+
+def test_outside_of_the_training_nothing_is_added_along_a_motion_inside() -> None:
+    model, motion = of_currents().model, motion_of(AT_CURRENTS[0])
+    assert np.all(added_outside(model, motion) == 0.0)
+    far = replace(motion, i=np.full(motion.i.size, 3.0))
+    inside = replace(motion, i=np.full(motion.i.size, 2.0))
+    assert added_outside(model, far) == pytest.approx(np.abs(model.force(far) - model.force(inside)))
+
+
+@pytest.mark.parametrize("each", [1, 2, 6])
+def test_whole_currents_between_the_lowest_and_the_highest_are_left_out(each: int) -> None:
+    rng = np.random.default_rng(each)
+    runs = [hysteretic(10 * k + n, 400, held_a=0.3 * k) for k in range(5) for n in range(each)]
+    folds = folds_of([course_of(run, ()) for run in rng.permutation(np.array(runs, dtype=object))])
+    for fold in folds:
+        learned, shown = ({float(one.motion.i[0]) for one in part} for part in (fold.learned, fold.shown))
+        assert not learned & shown - {0.0, 0.3 * 4}
+        assert learned >= {0.0, 0.3 * 4}
+    shown_samples = sum(one.force.size for fold in folds for one in fold.shown)
+    assert shown_samples == sum(run.samples for run in runs)
+
+
+def test_runs_whose_currents_overlap_are_left_out_as_runs_of_one_current() -> None:
+    courses = [course_of(hysteretic(seed, 400, current=True), ()) for seed in range(6)]
+    folds = folds_of(courses)
+    assert [len(fold.shown) for fold in folds] == [2, 2, 2]
+    assert [len(fold.learned) for fold in folds] == [4, 4, 4]
 
 
 def test_a_higher_level_has_a_wider_band() -> None:
