@@ -86,7 +86,8 @@ def _forces_of(model: Model, name: str, records: Sequence[Record]) -> list[Float
 
 
 def _energy(force: Floats, record: Record) -> float:
-    return float(np.dot(force, force)) / record.sigma**2
+    with np.errstate(over="ignore"):  # without an element that holds it a model may run away: that energy is infinite
+        return float(np.dot(force, force)) / record.sigma**2
 
 
 def form_error(model: Model, names: Sequence[str], records: Sequence[Record], closed: float) -> float:

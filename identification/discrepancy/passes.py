@@ -57,7 +57,7 @@ def search_in_passes(
     no other element. Each pass looks at the records that `share` gives for the model it starts from, as at those in
     which the first model failed most an effect may be missing that acts elsewhere; by default at the same.
     """
-    found, evidence, withheld = _one_pass(given, base, (), (), records, held_out, report)
+    found, evidence, withheld = one_pass(given, base, (), (), records, held_out, report)
     latest, within, refused = found.names, None, _refused(found, withheld)
     while latest and len(found.names) < FORM.most_effects and not is_enough(found.fit.model):
         if share is not None:
@@ -65,7 +65,7 @@ def search_in_passes(
         if not is_seen(found.excess, records):
             break
         report(f"searching for more beside {len(found.names)}")
-        more, new, doubtful = _one_pass(found.fit.model, found.fit, found.names, refused, records, held_out, report)
+        more, new, doubtful = one_pass(found.fit.model, found.fit, found.names, refused, records, held_out, report)
         latest, refused = more.names, _refused(more, doubtful)
         if latest and not gap_remains(found, records) and not _closes_the_rest(more, found, held_out):
             within = None if _are_curves(more) else more
@@ -104,7 +104,7 @@ def _are_curves(more: Search) -> bool:
     return any(more.fit.model.element(n).spec.curve is not None for n in more.names)
 
 
-def _one_pass(
+def one_pass(
     given: Model,
     base: Fit,
     earlier: Sequence[str],
@@ -113,6 +113,8 @@ def _one_pass(
     held_out: Sequence[Record],
     report: Report,
 ) -> Found:
+    """One search beside `earlier` names of the base, without those `refused`: what stands of it, and the evidence for
+    what does and for what does not."""
     found = search(given, base, records, earlier=earlier, refused=refused, on_progress=report)
     stands, evidence, withheld = _standing(found, records, held_out)
     return stands, [e for e in evidence if e.name in stands.names], withheld

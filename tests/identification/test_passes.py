@@ -43,7 +43,7 @@ def in_passes(
     told: Told, records: list[Record], monkeypatch: pytest.MonkeyPatch, enough: Callable[[Model], bool]
 ) -> tuple[Search, list[str]]:
     told.last = told.answers[-1][0]
-    monkeypatch.setattr(PASSES, "_one_pass", told)
+    monkeypatch.setattr(PASSES, "one_pass", told)
     found = search_in_passes(BASE, fit_records(BASE, records), records, records, str, is_enough=enough)
     return found.found, [e.name for e in found.evidence]
 
@@ -99,7 +99,7 @@ def test_each_pass_looks_where_what_it_starts_from_fails_most(monkeypatch: pytes
     found = found_with("force_offset", records=first)
     told = Told((found, gather(found, first, first), []))
     told.last = found
-    monkeypatch.setattr(PASSES, "_one_pass", told)
+    monkeypatch.setattr(PASSES, "one_pass", told)
     asked: list[Model] = []
 
     def share(model: Model) -> list[Record]:
