@@ -15,7 +15,7 @@ from identification.blackbox.model import BlackBox, check_rate
 from identification.blackbox.networks import networks
 from identification.blackbox.preparation import at_one_rate, course_of
 from identification.blackbox.samples import Course
-from identification.blackbox.structure import FORCE, Structure
+from identification.blackbox.structure import FORCE, MODEL, Structure
 from identification.compute.blas import one_blas_thread
 from identification.errors import DataError
 from identification.inverse.model import Inverse, changed_course
@@ -26,6 +26,7 @@ from identification.inverse.wanted import Wanted, wanted_of
 from identification.models.inputs import MEASURED
 from identification.models.protocol import SimulationModel
 from identification.models.simulation import name_of
+from identification.record import check_measured
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -119,9 +120,13 @@ def inverse_runs(
     for structure in structures:
         if "current" not in structure.signals:  # its force and its current have changed places
             raise DataError("regressors hold no wanted force F: an inverse needs one, such as F0")
+        if MODEL in structure.signals:
+            raise DataError("regressors hold M, the force of a base: only a hybrid has one")
     for one in every:
         if "current" not in one.channels:
             raise DataError(f"{name_of(one)} has no control current: an inverse is learned from it; leave the run out")
+    for one in every:
+        check_measured(one)
     _limits([course_of(one, ()) for one in every[: len(runs)]])
     if isinstance(forward, BlackBox):
         check_rate(forward.name, forward.dt, 1.0 / every[0].sample_rate_hz)

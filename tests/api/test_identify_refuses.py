@@ -19,6 +19,11 @@ def cut(run: Run, samples: int) -> Run:
     return replace(run, channels={name: one[:samples] for name, one in run.channels.items()})
 
 
+def without(run: Run, channel: str) -> Run:
+    kept = {name: one for name, one in run.channels.items() if name != channel}
+    return replace(run, channels=kept, units={name: run.units[name] for name in kept})
+
+
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Runs with every mistake, and models of them."""
@@ -34,6 +39,9 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "copied": with_channel(driven, "current", 40.0 * x + 1.0, "A"),
         "pushed": with_channel(driven, "force_wanted", 5e4 + driven.channels["force"], "N"),
         "still": with_channel(driven, "displacement", np.zeros(x.size), "m"),
+        "dead": with_channel(driven, "force", np.full(x.size, 7.0), "N"),
+        "two": cut(driven, 2),
+        "forceless": without(driven, "force"),
     }
     for name, run in runs.items():
         write_run(tmp_path / f"{name}.h5", run)
@@ -73,6 +81,26 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             ["identify", "arx", "driven.h5", "--held-out", "passive.h5"],
             ["passive.h5 has no current, driven.h5 has: give runs that all have it"],
         ),
+        *(
+            (["identify", kind, "driven.h5", "--held-out", f"{run}.h5"], [f"{run}.h5: {said}"])
+            for kind in ("arx", "polynomial", "inverse")
+            for run, said in (
+                ("dead", "channel 'force' is frozen at 7"),
+                ("two", "only 2 samples"),
+                ("forceless", "no channel 'force'"),
+            )
+        ),
+        (["identify", "nnoe", "driven.h5", "--regressors", "v0 M0"], ["regressors v0 M0", "only a hybrid has one"]),
+        (["identify", "polynomial", "driven.h5", "--regressors", "v0 M0"], ["only a hybrid has one"]),
+        (["identify", "inverse", "driven.h5", "--regressors", "F0 M0"], ["only a hybrid has one"]),
+        (["identify", "mlp", "driven.h5", "--regressors", "F1 v0"], ["hold a past force F: an mlp is static"]),
+        (
+            ["identify", "mlp", "driven.h5", "--layers", "4", "--regressors", "F1 v0"],
+            ["hold a past force F: an mlp is static"],
+        ),
+        (["identify", "arx", "driven.h5", "--regressors", "v0", "--nodes", "5"], ["arx is a kind without nodes"]),
+        (["identify", "arx", "driven.h5", "--select", "--nodes", "5"], ["arx is a kind without nodes"]),
+        (["identify", "polynomial", "driven.h5", "--regressors", "v0", "--nodes", "5"], ["is a kind without nodes"]),
         (["identify", "inverse", "held.h5"], ["current is 0.5 A in all runs"]),
         (
             ["track", "forward.json", "pushed.h5", "--current", "0", "1"],
