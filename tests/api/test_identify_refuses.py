@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -128,3 +129,27 @@ def test_runs_of_two_rates_are_resampled_on_request(place: Path, capsys: pytest.
     capsys.readouterr()
     assert main(["simulate", "both.json", "driven.h5", "-o", "out.h5"]) == 2
     assert "identified at 100 Hz" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"kind": "physical", "paths": {"core": [{"element": "a\x1b[31mb\x07", "parameters": {}}]}},
+            "a\\x1b[31mb\\x07",
+        ),
+        ({"facts": {"y" * 1_000_000: "x"}}, " … "),
+        ({"format": [1] * 5000}, "[1, 1, 1"),
+    ],
+)
+def test_what_a_file_says_neither_commands_the_terminal_nor_fills_it(
+    place: Path, changes: dict[str, object], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = json.loads(Path("needs_current.json").read_text()) | changes
+    Path("hostile.json").write_text(json.dumps(data))
+    capsys.readouterr()
+    assert main(["simulate", "hostile.json", "driven.h5", "-o", "made.h5"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.isprintable()
+    assert words in line
+    assert len(line) < 3100
