@@ -327,7 +327,9 @@ def test_a_broken_file_is_refused_with_the_place(data: Any, message: str, tmp_pa
 def test_a_run_of_another_rate_is_refused_unless_it_is_resampled() -> None:
     learned, _ = runs()
     faster = hysteretic(2, 3000, rate_hz=500.0)
-    with pytest.raises(SimulationError, match=r"identified at 200 Hz and the run has 500 Hz: identify the model again with --rate 500"):
+    with pytest.raises(
+        SimulationError, match=r"identified at 200 Hz and the run has 500 Hz: identify the model again with --rate 500"
+    ):
         simulate_run(model(), faster)
     with pytest.raises(DataError, match=r"hysteretic-2 has 500 Hz, hysteretic-1 200 Hz"):
         identify("arx", [learned, faster])
