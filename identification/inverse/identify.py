@@ -35,6 +35,7 @@ Told = Callable[[float, str], None]
 # Share of its rms that the whole range of the current must change the force by for a sample to be learned from: near
 # the reversals the force says nothing about the current. Half and double: some more and some fewer of these samples.
 _TELLS = 0.1
+_VARIES = 1e-9  # of the highest current: rounding is no variation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +87,14 @@ def identify_inverse(
     courses = [course_of(one, measured) for one in runs]
     check_long_enough(courses)
     limits = _limits(courses)
-    changed = [changed_course(_told(one, forward, limits)) for one in courses]
+    told = [_told(one, forward, limits) for one in courses]
+    if not any(one.counted.any() for one in told):
+        raise DataError(
+            f"within [{limits.low:g}, {limits.high:g}] A the current changes the force of '{forward.model.name}' by "
+            f"less than {100.0 * _TELLS:g} % of its rms at every sample: nothing tells the current; give runs "
+            "of a wider range of it, or another forward model"
+        )
+    changed = [changed_course(one) for one in told]
     say = tell or (lambda done, text: None)
     network, judged, _ = networks(RECIPE, candidates_for(RECIPE, changed, structures, ()), changed, say)
     kept = tuple(one for one in measured if one in network.signals)
@@ -135,7 +143,7 @@ def inverse_runs(
 
 def _limits(courses: Sequence[Course]) -> Limits:
     low, high = (float(f([f(one.motion.i) for one in courses])) for f in (np.min, np.max))
-    if not high > low:
+    if high - low <= _VARIES * max(abs(low), abs(high)):
         raise DataError(f"current is {low:g} A in all runs: an inverse is learned from runs at two currents or more")
     return Limits(low, high)
 

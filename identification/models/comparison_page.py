@@ -68,7 +68,8 @@ def _cost(rows: Sequence[Row], colours: dict[str, str]) -> str:
     """The chart of error and cost; a sentence where there is nothing to draw."""
     if all(row.rms is None for row in rows):
         return "<p>No model has an error over all runs.</p>"
-    return cost_and_error(rows, colours).to_html(full_html=False, include_plotlyjs=False, div_id="figure-1")
+    drawn: str = cost_and_error(rows, colours).to_html(full_html=False, include_plotlyjs=False, div_id="figure-1")
+    return drawn
 
 
 def forces(comparison: Comparison) -> go.Figure:

@@ -37,6 +37,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "brief": cut(driven, 320),
         "faster": hysteretic(3, 1200, rate_hz=500.0, current=True),
         "held": with_channel(driven, "current", np.full(x.size, 0.5), "A"),
+        "nearly": with_channel(driven, "current", 0.5 + 1e-12 * x / np.max(np.abs(x)), "A"),
         "copied": with_channel(driven, "current", 40.0 * x + 1.0, "A"),
         "pushed": with_channel(driven, "force_wanted", 5e4 + driven.channels["force"], "N"),
         "still": with_channel(driven, "displacement", np.zeros(x.size), "m"),
@@ -48,6 +49,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         write_run(tmp_path / f"{name}.h5", run)
     parts = (element("viscous_damping", {"c": 300.0, "c_control": 50.0}),)
     write_model(tmp_path / "forward.json", Model(name="forward", elements=parts))
+    weak = (element("viscous_damping", {"c": 300.0, "c_control": 5.0}),)
+    write_model(tmp_path / "weak.json", Model(name="weak", elements=weak))
     monkeypatch.chdir(tmp_path)
     assert main(["identify", "arx", "driven.h5", "--regressors", "F1 v0 i0", "-o", "needs_current.json"]) == 0
     return tmp_path
@@ -102,6 +105,11 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (["identify", "arx", "driven.h5", "--regressors", "v0", "--nodes", "5"], ["arx is a kind without nodes"]),
         (["identify", "arx", "driven.h5", "--select", "--nodes", "5"], ["arx is a kind without nodes"]),
         (["identify", "polynomial", "driven.h5", "--regressors", "v0", "--nodes", "5"], ["is a kind without nodes"]),
+        (["identify", "inverse", "nearly.h5"], ["current is 0.5 A in all runs"]),
+        (
+            ["identify", "inverse", "driven.h5", "--base", "weak.json"],
+            ["the current changes the force of 'weak' by less than 10 % of its rms at every sample"],
+        ),
         (["identify", "inverse", "held.h5"], ["current is 0.5 A in all runs"]),
         (
             ["track", "forward.json", "pushed.h5", "--current", "0", "1"],
