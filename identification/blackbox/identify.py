@@ -26,7 +26,7 @@ from identification.blackbox.terms import first_that_forgets, judge_polynomials,
 from identification.compute.blas import one_blas_thread
 from identification.models.band import covered, half_width_of
 from identification.models.measures import score_signals
-from identification.models.simulation import checked_motion, for_every_sample, name_of, simulate_run
+from identification.models.simulation import checked_motion, for_every_sample, name_of, outside_training, simulate_run
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -44,7 +44,8 @@ class Identified:
     on unseen runs of the same kind, of the samples in motion;
     `trained` that on the training; `shown` that on each held-out run, over all its samples. `memory_s` is how long two
     starts from the lowest and the highest force stay apart, infinite where they never meet. `coverage` is the share of
-    the samples that the band of 90 % holds in cross-validation, `reached` that on each held-out run.
+    the samples that the band of 90 % holds in cross-validation, `reached` that on each held-out run. `beyond` are
+    sentences on the held-out runs that leave the training range: their fit says nothing about runs within it.
     """
 
     model: BlackBox | Hybrid | PolynomialNarx | LayeredNarx
@@ -55,6 +56,7 @@ class Identified:
     memory_s: float
     coverage: float
     reached: Mapping[str, float]
+    beyond: tuple[str, ...] = ()
 
     @property
     def stable(self) -> bool:
@@ -192,7 +194,8 @@ def _shown(found: Identified, held_out: Sequence[Run]) -> Identified:
         "fit_held_out": float(np.mean(list(shown.values()))),
         "coverage_held_out": float(np.mean(list(reached.values()))),
     }
-    return replace(found, model=_with_facts(found.model, facts), shown=shown, reached=reached)
+    beyond = tuple(sentence for one in held_out for sentence in outside_training(found.model, one))
+    return replace(found, model=_with_facts(found.model, facts), shown=shown, reached=reached, beyond=beyond)
 
 
 def _with_facts(
