@@ -157,10 +157,11 @@ def check_layered(kind: str) -> None:
 def _check_of_kind(kind: str, structures: Sequence[Structure]) -> None:
     """Raise DataError where a structure is none of its kind: it would be another model under this name."""
     for one in structures:
+        names = " ".join(map(str, one.regressors))
         if MODEL in one.signals and kind != "hybrid":
-            raise DataError(f"regressors {one} hold M, the force of a base: only a hybrid has one")
+            raise DataError(f"regressors {names} hold M, the force of a base: only a hybrid has one")
         if kind == "mlp" and one.fed_back:
-            raise DataError(f"regressors {one} hold a past force F: an mlp is static, identify a narx")
+            raise DataError(f"regressors {names} hold a past force F: an mlp is static, identify a narx")
         if kind == "arx" and one.nodes:
             raise DataError(f"{one.nodes} nodes are stated: an arx is linear and has none, identify a narx")
 
