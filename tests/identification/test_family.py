@@ -201,7 +201,9 @@ def test_it_simulates_from_the_inputs_alone(kind: str) -> None:
 @pytest.mark.parametrize("kind", [*LEARNED, "inverse"])
 def test_its_step_is_fixed_and_another_rate_is_refused_in_one_line(kind: str) -> None:
     other = replace(whole(), dt=0.5 * whole().dt)
-    with pytest.raises(SimulationError, match="200 Hz and the run has 400 Hz: resample"):
+    with pytest.raises(
+        SimulationError, match="200 Hz and the run has 400 Hz: identify the model again with --rate 400"
+    ):
         answer(kind, other)
 
 

@@ -25,7 +25,7 @@ from identification.errors import ModelFileError, SimulationError
 from identification.inverse import Inverse, Wanted
 from identification.inverse.modelfile import INVERSE, inverse_to_json
 from identification.inverse.reach import Limits
-from identification.models import load_model
+from identification.models import load_model, motion_from
 from identification.models.band import half_width_of
 from identification.models.modelfile import KINDS
 from identification.models.motion import Motion
@@ -37,7 +37,6 @@ from identification.physical.modelfile import model_to_json
 from tests.identification.random_black_boxes import DT, SCALES, network, polynomial
 from tests.identification.six_axes import by_formula
 from tests.identification.six_axes import motion as six_axes
-from tests.identification.test_stepping import motion
 
 Floats = NDArray[np.float64]
 Json = Any  # what a file may hold
@@ -120,7 +119,8 @@ def changed(data: Json, path: tuple[Any, ...], value: object) -> Json | None:
 
 
 def small() -> Motion:
-    return motion().head(60)
+    t = np.arange(60) * DT
+    return motion_from(0.012 * np.sin(47.0 * t), 1.0 / DT, current=0.5 + 0.4 * np.sin(8.0 * t))
 
 
 def forces_of_one(path: Path) -> list[Floats]:
