@@ -66,6 +66,8 @@ __all__ = [
 
 
 TOO_FEW_FILES: Final = (errno.EMFILE, errno.ENFILE)  # of an OSError: for this process, for the whole computer
+_LONGEST: Final = 3000  # characters of a message: twice the list of all elements, the longest that we say
+_END: Final = 500  # of them from its end, where the cure stands
 TOO_MANY_OPEN: Final = "the service has too many files open: try again"
 
 
@@ -194,5 +196,11 @@ def outcome_of(error: BaseException) -> Outcome | None:
 
 
 def one_line(error: BaseException) -> str:
-    """The message of an error on one line; its class where it has no message."""
-    return " ".join(str(error).split()) or type(error).__name__
+    """The message of an error on one line; its class where it has no message.
+
+    What a file or a request says may stand in it: control characters are written out, so that no terminal obeys them,
+    and the middle of what is very long is left out.
+    """
+    text = " ".join(str(error).split()) or type(error).__name__
+    text = "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in text)
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - _END]} … {text[-_END:]}"

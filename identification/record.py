@@ -144,13 +144,10 @@ def on_top_of_simulation(record: Record, run: Run) -> Record:
     return replace(record, simulated=simulated[: record.force.size].copy())
 
 
-def record_from_run(run: Run) -> Record:
-    """Prepare a run.
+def check_measured(run: Run) -> str:
+    """The name of a run in messages, where it can be learned from or compared with.
 
-    Raises
-    ------
-    DataError
-        when the run lacks displacement or force, is too short, or its force or motion is frozen.
+    Raises DataError when it lacks displacement or force, is too short, or its force or motion is frozen.
     """
     name = run.path.name if run.path is not None else run.run_id
     for channel in ("displacement", "force"):
@@ -160,6 +157,18 @@ def record_from_run(run: Run) -> Record:
             raise DataError(f"{name}: channel '{channel}' is frozen at {run.channels[channel][0]:g}: check its sensor")
     if run.samples < _MIN_SAMPLES:
         raise DataError(f"{name}: only {run.samples} samples: at least {_MIN_SAMPLES} are needed")
+    return name
+
+
+def record_from_run(run: Run) -> Record:
+    """Prepare a run.
+
+    Raises
+    ------
+    DataError
+        when the run lacks displacement or force, is too short, or its force or motion is frozen.
+    """
+    name = check_measured(run)
     seen = with_period_seen(run)
     record = _periodic(seen.run, name) if is_periodic(seen.run) else _free(seen.run, name)
     return record if seen.differs or not seen.note else replace(record, notes=(*record.notes, seen.note))

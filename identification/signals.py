@@ -12,3 +12,12 @@ SIGNALS: Mapping[str, str] = {
     "temperature": "temperature",
 }
 """Name of the channel, and of the series in `Motion`."""
+
+UNITS: Mapping[str, str] = {
+    "displacement": "m",
+    "velocity": "m/s",
+    "acceleration": "m/s²",
+    "current": "A",
+    "temperature": "°C",
+}
+"""The unit of every signal, for sentences."""

@@ -110,8 +110,8 @@ def identify(
     if kind == "multiaxis":
         from api.cli.identify_axes import identify_axes, refuse_structure
 
-        refuse_structure(regressors or nodes or layers or activation or evolve or select or every or longest)
-        refuse_structure(search or page)
+        refuse_structure(regressors or evolve or select or every)
+        refuse_structure(any(one is not None for one in (nodes, layers, activation, longest, search, page)))
         identify_axes(runs, held_out or [], output, rate, base, as_json=as_json)
         return
     structures = structures_asked(kind, regressors or (), nodes, searched=select)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from identification.blackbox import Base
+    from identification.blackbox.structure import Structure
     from rigctl.runfile import Run
 
 __all__ = ["identify_inverse", "refuse_select"]
@@ -39,7 +40,10 @@ def identify_inverse(
     measured, shown = every[: len(runs)], every[len(runs) :]
     warn(every)
     with chosen(os.environ), progress_bar("identifying") as tell:
-        forward = _forward(base, measured, rate_hz, lambda done, text: tell(_FORWARD * done, f"forward model: {text}"))
+        forward = _forward(
+            base, measured, shown, structures, rate_hz,
+            lambda done, text: tell(_FORWARD * done, f"forward model: {text}"),
+        )  # fmt: skip
         result = identified(
             measured, forward, held_out=shown, name=output.stem, structures=structures, rate_hz=rate_hz,
             tell=lambda done, text: tell(_FORWARD + (1.0 - _FORWARD) * done, text),
@@ -57,7 +61,12 @@ def refuse_select(given: bool) -> None:
 
 
 def _forward(
-    given: Path | None, runs: Sequence[Run], rate_hz: float | None, tell: Callable[[float, str], None]
+    given: Path | None,
+    runs: Sequence[Run],
+    held_out: Sequence[Run],
+    structures: Sequence[Structure],
+    rate_hz: float | None,
+    tell: Callable[[float, str], None],
 ) -> Base:
     """The forward model that checks the inverse."""
     import json
@@ -67,7 +76,7 @@ def _forward(
     from identification.models import load_model
 
     if given is None:
-        return forward_asked(None, None, runs, rate_hz, tell)
+        return forward_asked(None, None, runs, rate_hz, tell, held_out=held_out, structures=structures)
     model = load_model(given)
     if model.kind == "fmu":
         raise InputError(f"{given}: an FMU has no place in a model file: give a JSON model, or invert it: track")

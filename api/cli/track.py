@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -87,4 +88,6 @@ def _whole(series: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
 def _text(found: Tracking) -> str:
     """What came out, in one line."""
     cannot = f", {100.0 * found.share_cannot:.3g} % of the samples cannot be made" if found.share_cannot else ""
+    if not isfinite(found.fit):
+        return f"a constant force is wanted, it is missed by {found.rms:.3g} N rms{cannot}"
     return f"wanted force tracked with a fit of {found.fit:.2f} %, {found.rms:.3g} N rms{cannot}"

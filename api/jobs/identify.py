@@ -67,14 +67,16 @@ class IdentifyRequest:
             raise InputError(f"regressors has {len(self.regressors)} entries: at most {_MOST_SETS} sets are tried")
         if self.rate_hz is not None and not (isfinite(self.rate_hz) and self.rate_hz > 0.0):
             raise InputError(f"rate_hz is {self.rate_hz:g}: it must be above 0 Hz")
-        idle = next((key for key in ("every", "longest") if getattr(self, key)), None)
+        idle = next(
+            (key for key, given in (("every", self.every), ("longest", self.longest is not None)) if given), None
+        )
         if idle is not None and not self.select:
             raise InputError(f"{idle} goes with select")
         if self.select and self.regressors:
             raise InputError("regressors and select: give one of them")
         if self.select and self.model_kind == "inverse":
             raise InputError("select is for a model of the force: an inverse takes regressors")
-        if self.model_kind == "multiaxis" and (self.regressors or self.nodes or self.layers or self.activation):
+        if self.model_kind == "multiaxis" and _structure_stated(self):
             raise InputError("multiaxis: axes are chosen by correlation: leave out regressors, nodes and layers")
         if self.model_kind == "multiaxis" and (self.evolve or self.select):
             raise InputError("evolve and select are for one axis: leave them out")
@@ -90,6 +92,10 @@ class IdentifyRequest:
         keys = ("model_kind", "regressors", "nodes", "layers", "activation", "evolve", "rate_hz", "base", "select",
                 "every", "longest")  # fmt: skip
         return {key: getattr(self, key) for key in keys}
+
+
+def _structure_stated(asked: IdentifyRequest) -> bool:
+    return bool(asked.regressors) or any(one is not None for one in (asked.nodes, asked.layers, asked.activation))
 
 
 def _check(task: Task) -> None:
@@ -184,16 +190,17 @@ def _inverse(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
 
     asked = task.request
     runs, held_out = _read(task)
+    structures = inverse_structures(asked["regressors"], asked["nodes"])
     forward = forward_asked(
         _base(asked), asked["base"], runs, asked["rate_hz"],
-        lambda done, text: tell(_BEFORE * done, f"forward model: {text}"),
+        lambda done, text: tell(_BEFORE * done, f"forward model: {text}"), held_out=held_out, structures=structures,
     )  # fmt: skip
     result = identify_inverse(
         runs,
         forward,
         held_out=held_out,
         name="inverse",
-        structures=inverse_structures(asked["regressors"], asked["nodes"]),
+        structures=structures,
         rate_hz=asked["rate_hz"],
         tell=lambda done, text: tell(_BEFORE + (1.0 - _BEFORE) * done, text),
     )

@@ -20,7 +20,7 @@ def structures_asked(kind: str, given: Sequence[str], nodes: int | None, *, sear
     Raises
     ------
     DataError
-        Where the kind does not exist, or nodes are stated without regressors.
+        Where the kind does not exist or has no nodes to state, or nodes are stated without regressors.
     """
     if kind == "inverse":
         raise DataError("kind is 'inverse': only the command line identifies one, 'damper-rig identify inverse'")
@@ -30,6 +30,8 @@ def structures_asked(kind: str, given: Sequence[str], nodes: int | None, *, sear
         raise DataError(
             "nodes are stated without regressors, and none are searched: they are those of the hidden layer"
         )
+    if nodes is not None and kind in ("arx", "polynomial"):
+        raise DataError(f"{nodes} nodes are stated: {kind} is a kind without nodes, leave them out")
     if kind not in RECIPES:
         return [Structure(regressors(text), 0) for text in given]
     count = RECIPES[kind].nodes if nodes is None else nodes

@@ -8,7 +8,12 @@ from typing import Protocol
 
 from identification.blackbox.band import LEVELS, Band
 from identification.errors import ModelError
-from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, type_of
+from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, shown, type_of
+
+_LONGEST_NAME = 40  # characters of a signal, a regressor, an axis or an activation
+
+# A network of scaled signals has weights of about 1. Half or double: nothing; the sums of four layers stay finite.
+_LARGEST_WEIGHT = 1e12
 
 
 class Learned(Protocol):
@@ -58,6 +63,9 @@ def names_in(where: str, raw: Json) -> list[str]:
     """The names at a place of a file; raises ModelError."""
     if not isinstance(raw, list) or not all(isinstance(name, str) for name in raw):
         raise ModelError(f"{where} must be a list of names")
+    long = next((name for name in raw if len(name) > _LONGEST_NAME), None)
+    if long is not None:
+        raise ModelError(f"{where} has {shown(long)}: no name has more than {_LONGEST_NAME} characters")
     return raw
 
 
@@ -71,8 +79,16 @@ def object_in(where: str, data: Json) -> Mapping[str, Json]:
 def number_in(where: str, raw: Json) -> float:
     """The finite number at a place of a file; raises ModelError."""
     if isinstance(raw, bool) or not isinstance(raw, int | float) or not math.isfinite(raw):
-        raise ModelError(f"{where} is {raw!r}: it must be a finite number")
+        raise ModelError(f"{where} is {shown(raw)}: it must be a finite number")
     return float(raw)
+
+
+def weight_in(where: str, raw: Json) -> float:
+    """The weight at a place of a file, of scaled signals; raises ModelError."""
+    value = number_in(where, raw)
+    if abs(value) > _LARGEST_WEIGHT:
+        raise ModelError(f"{where} is {value:g}: a weight of scaled signals lies within ±{_LARGEST_WEIGHT:g}")
+    return value
 
 
 def band_to_json(band: Band | None) -> dict[str, Json]:

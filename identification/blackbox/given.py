@@ -14,12 +14,13 @@ from identification.blackbox.networks import scales_for
 from identification.blackbox.preparation import absent_signals, at_one_rate, course_of, measured_signals
 from identification.blackbox.recipes import RECIPES, Recipe
 from identification.blackbox.samples import Course
-from identification.blackbox.structure import Structure
-from identification.blackbox.terms import default_structures
+from identification.blackbox.structure import MODEL, Structure
+from identification.blackbox.terms import check_products, default_structures
 from identification.errors import DataError
 from identification.models.modelfile import Json
 from identification.models.protocol import SimulationModel
 from identification.models.simulation import name_of
+from identification.record import check_measured
 from rigctl.runfile import Run
 
 # Samples for each weight, at least. Weight decay holds what few samples leave open, so half works on a rich motion;
@@ -85,6 +86,9 @@ def given(
         raise DataError("no run was given: at least one measured run is needed")
     every = at_one_rate([*runs, *held_out], rate_hz)
     runs, held_out = every[: len(runs)], every[len(runs) :]
+    _check_of_kind(kind, structures)
+    for one in held_out:
+        check_measured(one)
     measured = measured_signals(every) if kind in RECIPES and base is None else ()
     courses = [course_of(one, measured, base) for one in runs]
     absent = absent_signals(runs, courses)
@@ -93,6 +97,7 @@ def given(
     if kind == "polynomial":
         tried = [Structure(one.regressors, 0) for one in structures] or default_structures(absent)
         _check_present(tried, absent)
+        check_products(tried, sum(int(one.counted.sum()) for one in courses))
     else:
         recipe = RECIPES[kind]
         if layers is not None:
@@ -147,6 +152,18 @@ def check_layered(kind: str) -> None:
     """Raise DataError where a kind has no layers to state."""
     if kind not in LAYERED:
         raise DataError(f"layers, activations and an evolution are for {' and '.join(LAYERED)}, not for {kind!r}")
+
+
+def _check_of_kind(kind: str, structures: Sequence[Structure]) -> None:
+    """Raise DataError where a structure is none of its kind: it would be another model under this name."""
+    for one in structures:
+        names = " ".join(map(str, one.regressors))
+        if MODEL in one.signals and kind != "hybrid":
+            raise DataError(f"regressors {names} hold M, the force of a base: only a hybrid has one")
+        if kind == "mlp" and one.fed_back:
+            raise DataError(f"regressors {names} hold a past force F: an mlp is static, identify a narx")
+        if kind == "arx" and one.nodes:
+            raise DataError(f"{one.nodes} nodes are stated: an arx is linear and has none, identify a narx")
 
 
 def _weights(structure: Structure, layers: Layers | None) -> int:

@@ -44,8 +44,8 @@ class Identified:
     on unseen runs of the same kind, of the samples in motion;
     `trained` that on the training; `shown` that on each held-out run, over all its samples. `memory_s` is how long two
     starts from the lowest and the highest force stay apart, infinite where they never meet. `coverage` is the share of
-    the samples that the band of 90 % holds in cross-validation, `reached` that on each held-out run. `outside` holds a
-    sentence for each signal of a held-out run that leaves the training range.
+    the samples that the band of 90 % holds in cross-validation, `reached` that on each held-out run. `beyond` are
+    sentences on the held-out runs that leave the training range: their fit says nothing about runs within it.
     """
 
     model: BlackBox | Hybrid | PolynomialNarx | LayeredNarx
@@ -56,7 +56,7 @@ class Identified:
     memory_s: float
     coverage: float
     reached: Mapping[str, float]
-    outside: tuple[str, ...] = ()
+    beyond: tuple[str, ...] = ()
 
     @property
     def stable(self) -> bool:
@@ -194,8 +194,8 @@ def _shown(found: Identified, held_out: Sequence[Run]) -> Identified:
         "fit_held_out": float(np.mean(list(shown.values()))),
         "coverage_held_out": float(np.mean(list(reached.values()))),
     }
-    outside = tuple(sentence for one in held_out for sentence in outside_training(found.model, one))
-    return replace(found, model=_with_facts(found.model, facts), shown=shown, reached=reached, outside=outside)
+    beyond = tuple(sentence for one in held_out for sentence in outside_training(found.model, one))
+    return replace(found, model=_with_facts(found.model, facts), shown=shown, reached=reached, beyond=beyond)
 
 
 def _with_facts(

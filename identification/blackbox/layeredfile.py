@@ -17,7 +17,7 @@ from identification.blackbox.fields import (
 )
 from identification.blackbox.layered import LayeredNarx
 from identification.blackbox.layers import MOST_LAYERS, Layers
-from identification.blackbox.modelfile import numbers_in, scales_from_json, scales_to_json
+from identification.blackbox.modelfile import scales_from_json, scales_to_json, weights_in
 from identification.blackbox.structure import Structure, regressors
 from identification.errors import ModelError
 from identification.models.modelfile import Json
@@ -75,8 +75,8 @@ def layered_from_json(data: Json) -> LayeredNarx:
 
 def _layer(where: str, data: Json, width: int) -> tuple[Floats, Floats]:
     given = object_in(where, data)
-    bias = numbers_in(f"{where}.biases", given.get("biases"), None)
+    bias = weights_in(f"{where}.biases", given.get("biases"), None)
     rows = given.get("weights")
     if not isinstance(rows, list) or len(rows) != bias.size or not rows:
         raise ModelError(f"{where}.weights must be a list of {bias.size} rows: one a node")
-    return np.array([numbers_in(f"{where}.weights[{k}]", row, width) for k, row in enumerate(rows)]), bias
+    return np.array([weights_in(f"{where}.weights[{k}]", row, width) for k, row in enumerate(rows)]), bias

@@ -15,6 +15,7 @@ from identification.blackbox.fields import (
     names_in,
     number_in,
     object_in,
+    weight_in,
 )
 from identification.blackbox.model import BlackBox, Member
 from identification.blackbox.scaling import Scale, Scales
@@ -85,7 +86,7 @@ def member_from_json(where: str, data: Json) -> Member:
     """One network from JSON data; raises ModelError."""
     given = object_in(where, data)
     names = names_in(f"{where}.regressors", given.get("regressors"))
-    output = numbers_in(f"{where}.output", given.get("output"), None)
+    output = weights_in(f"{where}.output", given.get("output"), None)
     try:
         structure = Structure(regressors(names), output.size)
     except ModelError as error:
@@ -98,9 +99,9 @@ def member_from_json(where: str, data: Json) -> Member:
         raise ModelError(f"{where}.hidden must be a list of {width} rows: one a regressor, and one of biases")
     hidden, padded = np.zeros((width, lanes)), np.zeros(lanes)
     for k, row in enumerate(rows):
-        hidden[k, : output.size] = numbers_in(f"{where}.hidden[{k}]", row, output.size)
+        hidden[k, : output.size] = weights_in(f"{where}.hidden[{k}]", row, output.size)
     padded[: output.size] = output
-    linear = numbers_in(f"{where}.linear", given.get("linear"), width)
+    linear = weights_in(f"{where}.linear", given.get("linear"), width)
     return Member(structure, np.concatenate([hidden.ravel(), padded, linear]))
 
 
@@ -133,8 +134,8 @@ def scale_in(where: str, data: Json) -> Scale:
         raise ModelError(text if text.startswith(where) else f"{where}: {text}") from error
 
 
-def numbers_in(where: str, raw: Json, count: int | None) -> Floats:
-    """The numbers at a place of a file, as many as `count` where that is given; raises ModelError."""
+def weights_in(where: str, raw: Json, count: int | None) -> Floats:
+    """The weights at a place of a file, as many as `count` where that is given; raises ModelError."""
     if not isinstance(raw, list) or (count is not None and len(raw) != count):
         raise ModelError(f"{where} must be a list of {'numbers' if count is None else f'{count} numbers'}")
-    return np.array([number_in(f"{where}[{k}]", value) for k, value in enumerate(raw)])
+    return np.array([weight_in(f"{where}[{k}]", value) for k, value in enumerate(raw)])

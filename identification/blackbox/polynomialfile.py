@@ -12,8 +12,8 @@ from identification.blackbox.fields import (
     head_to_json,
     interval_in,
     names_in,
-    number_in,
     object_in,
+    weight_in,
 )
 from identification.blackbox.modelfile import scales_from_json, scales_to_json
 from identification.blackbox.polynomial import PolynomialNarx, Term
@@ -58,7 +58,7 @@ def polynomial_from_json(data: Json) -> PolynomialNarx:
         structure=structure,
         terms=tuple(_term(f"terms[{k}].term", one.get("term"), structure) for k, one in enumerate(parts)),
         coefficients=np.array(
-            [number_in(f"terms[{k}].coefficient", p.get("coefficient")) for k, p in enumerate(parts)]
+            [weight_in(f"terms[{k}].coefficient", p.get("coefficient")) for k, p in enumerate(parts)]
         ),
         facts=facts_in(data),
         band=band_in(data),

@@ -19,6 +19,9 @@ from identification.signals import SIGNALS
 from rigctl.runfile import Run
 
 _LARGEST_PART = 1000  # of the ratio of two rates
+# Times the rate of a run that it may be resampled to: at a higher rate no more is known, and time and memory grow.
+# Half or double: nothing, a run of another machine has a rate within a few times.
+_MOST_UP = 20
 _VARIES = 1e-9  # of the highest value: rounding is no variation
 _HELD = ("current",)  # between samples it is held: a filter would put its step elsewhere
 
@@ -94,6 +97,10 @@ def resampled(run: Run, rate_hz: float) -> Run:
     """A run at another rate, through a low-pass at half the lower one; its period is sought anew."""
     if not (np.isfinite(rate_hz) and rate_hz > 0.0):
         raise DataError(f"rate is {rate_hz:g} Hz: it must be above 0")
+    if rate_hz > _MOST_UP * run.sample_rate_hz:
+        raise DataError(
+            f"rate is {rate_hz:g} Hz and {name_of(run)} has {run.sample_rate_hz:g} Hz: at most {_MOST_UP} times its own"
+        )
     ratio = Fraction(rate_hz / run.sample_rate_hz).limit_denominator(_LARGEST_PART)
     up, down = ratio.numerator, ratio.denominator
     if ratio == 1:

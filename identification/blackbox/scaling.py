@@ -23,6 +23,9 @@ MARGIN = 0.5
 # signal but a number by which a division overflows.
 _LEAST_SIZE = 1e-6
 
+# SI, of any signal: no machine has a larger one. Half or double: nothing; its square is still a number.
+_LARGEST = 1e12
+
 
 @dataclass(frozen=True, slots=True)
 class Scale:
@@ -40,8 +43,10 @@ class Scale:
             raise ModelError(f"size is {self.size:g}: it must be above 0")
         if not self.low < self.high:
             raise ModelError(f"range is [{self.low:g}, {self.high:g}]: the lower value comes first")
+        if max(-self.low, self.high) > _LARGEST:
+            raise ModelError(f"range is [{self.low:g}, {self.high:g}]: it must lie within ±{_LARGEST:g}, SI")
         span = self.high - self.low
-        if not self.low - span <= self.centre <= self.high + span or not math.isfinite(span):
+        if not self.low - span <= self.centre <= self.high + span:
             raise ModelError(f"centre is {self.centre:g}: it must lie in the range [{self.low:g}, {self.high:g}]")
         if not _LEAST_SIZE * span <= self.size <= span:
             raise ModelError(f"size is {self.size:g}: it must lie within {_LEAST_SIZE:g} … 1 of the range of {span:g}")

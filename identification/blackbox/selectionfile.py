@@ -15,7 +15,7 @@ from identification.blackbox.modelfile import member_from_json, member_to_json
 from identification.blackbox.samples import Course
 from identification.blackbox.selection import Known, Step, Tried
 from identification.errors import DataError, ModelError
-from identification.models.modelfile import Json, write_json
+from identification.models.modelfile import Json, shown, write_json
 
 FORMAT = "damper-rig/selection"
 
@@ -54,10 +54,12 @@ def read_selection(path: Path, courses: Sequence[Course]) -> dict[str, Tried]:
     try:
         data = object_in("the file", parse_json(path.read_bytes()))
         if data.get("format") != FORMAT:
-            raise ModelError(f"format is {data.get('format')!r}: a search has '{FORMAT}'")
+            raise ModelError(f"format is {shown(data.get('format'))}: a search has '{FORMAT}'")
         if data.get("training") != digest_of(courses):
             raise ModelError("it belongs to other runs: name another file, or remove it")
         return {str(one.structure): one for one in (_tried(k, part) for k, part in enumerate(data.get("tried", [])))}
+    except UnicodeDecodeError as error:
+        raise DataError(f"{path}: not the JSON of a search: name another file, or remove it") from error
     except (ModelError, OSError, ValueError, TypeError) as error:
         raise DataError(f"{path}: {error}") from error
 
@@ -65,7 +67,10 @@ def read_selection(path: Path, courses: Sequence[Course]) -> dict[str, Tried]:
 def _tried(k: int, data: Json) -> Tried:
     part = object_in(f"tried[{k}]", data)
     member = member_from_json(f"tried[{k}].network", part.get("network"))
-    return Tried(member.structure, number_in(f"tried[{k}].error", part.get("error")), member.weights)
+    error = number_in(f"tried[{k}].error", part.get("error"))
+    if error < 0.0:
+        raise ModelError(f"tried[{k}].error is {error:g}: a mean square is not below 0")
+    return Tried(member.structure, error, member.weights)
 
 
 def _names(tried: Tried) -> list[str]:

@@ -25,12 +25,17 @@ from identification.blackbox.samples import Course, Samples, samples_of
 from identification.blackbox.scaling import Scales
 from identification.blackbox.structure import FORCE, Structure, regressors
 from identification.compute import run
+from identification.errors import DataError
 
 Floats = NDArray[np.float64]
 
 # From here on a further term of the usual libraries lowers the prediction error and makes the free run unstable.
 COUNTS = (4, 6, 9, 13, 19, 28, 40)
 DEGREES = (2, 3)
+# Products of regressors that are ranked: those of 47 regressors. Half: 37 regressors; double: 60, and twice the time.
+MOST_PRODUCTS = 20_000
+# Numbers in the table of these products, a row a sample: 4 GB, held twice. Half and double: the longest training.
+MOST_NUMBERS = 500_000_000
 RIDGE = 1e-6  # of the samples: what near-dependent terms share is shared evenly
 _DEFAULT = ("F1 v0 v1 i0", "F1 F2 v0 v1 x0 i0", "F1 F2 F3 v0 v1 v2 i0")
 
@@ -52,6 +57,18 @@ def default_structures(absent: Sequence[str]) -> list[Structure]:
     """The regressors that are tried, without those of the `absent` signals."""
     chosen = (tuple(one for one in regressors(text) if one.signal not in absent) for text in _DEFAULT)
     return list(dict.fromkeys(Structure(one, 0) for one in chosen))
+
+
+def check_products(structures: Sequence[Structure], samples: int) -> None:
+    """Raise DataError where the products of the regressors of a structure are too many to be ranked."""
+    for one in structures:
+        count = len(one.regressors)
+        products_of = math.comb(count + max(DEGREES), max(DEGREES))
+        if products_of > MOST_PRODUCTS or products_of * samples > MOST_NUMBERS:
+            raise DataError(
+                f"{count} regressors have {products_of} products of up to {max(DEGREES)} at {samples} samples: at most "
+                f"{min(MOST_PRODUCTS, MOST_NUMBERS // samples)} are tried; give fewer regressors, or shorter runs"
+            )
 
 
 def judge_polynomials(

@@ -33,10 +33,14 @@ def forward_asked(
     runs: Sequence[Run],
     rate_hz: float | None,
     tell: Callable[[float, str], None],
+    *,
+    held_out: Sequence[Run] = (),
+    structures: Sequence[Structure] = (),
 ) -> Base:
     """The forward model that checks an inverse: the one that is given with its file, or a network of the runs."""
     if model is None or file is None:
-        inverse_runs(runs, rate_hz=rate_hz)  # what would refuse the inverse does so before a network is trained
+        # What would refuse the inverse does so before a network is trained.
+        inverse_runs(runs, held_out, structures=structures, rate_hz=rate_hz)
         network = identify("nnoe", runs, name="forward", rate_hz=rate_hz, tell=tell).model
         assert isinstance(network, BlackBox)  # by its kind
         return Base(network, blackbox_to_json(network))

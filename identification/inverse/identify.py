@@ -15,7 +15,7 @@ from identification.blackbox.model import BlackBox, check_rate
 from identification.blackbox.networks import networks
 from identification.blackbox.preparation import at_one_rate, course_of
 from identification.blackbox.samples import Course
-from identification.blackbox.structure import FORCE, Structure
+from identification.blackbox.structure import FORCE, MODEL, Structure
 from identification.compute.blas import one_blas_thread
 from identification.errors import DataError
 from identification.inverse.model import Inverse, changed_course
@@ -26,6 +26,7 @@ from identification.inverse.wanted import Wanted, wanted_of
 from identification.models.inputs import MEASURED
 from identification.models.protocol import SimulationModel
 from identification.models.simulation import name_of
+from identification.record import check_measured
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -34,6 +35,7 @@ Told = Callable[[float, str], None]
 # Share of its rms that the whole range of the current must change the force by for a sample to be learned from: near
 # the reversals the force says nothing about the current. Half and double: some more and some fewer of these samples.
 _TELLS = 0.1
+_VARIES = 1e-9  # of the highest current: rounding is no variation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,7 +87,14 @@ def identify_inverse(
     courses = [course_of(one, measured) for one in runs]
     check_long_enough(courses)
     limits = _limits(courses)
-    changed = [changed_course(_told(one, forward, limits)) for one in courses]
+    told = [_told(one, forward, limits) for one in courses]
+    if not any(one.counted.any() for one in told):
+        raise DataError(
+            f"within [{limits.low:g}, {limits.high:g}] A the current changes the force of '{forward.model.name}' by "
+            f"less than {100.0 * _TELLS:g} % of its rms at every sample: nothing tells the current; give runs "
+            "of a wider range of it, or another forward model"
+        )
+    changed = [changed_course(one) for one in told]
     say = tell or (lambda done, text: None)
     network, judged, _ = networks(RECIPE, candidates_for(RECIPE, changed, structures, ()), changed, say)
     kept = tuple(one for one in measured if one in network.signals)
@@ -119,9 +128,13 @@ def inverse_runs(
     for structure in structures:
         if "current" not in structure.signals:  # its force and its current have changed places
             raise DataError("regressors hold no wanted force F: an inverse needs one, such as F0")
+        if MODEL in structure.signals:
+            raise DataError("regressors hold M, the force of a base: only a hybrid has one")
     for one in every:
         if "current" not in one.channels:
             raise DataError(f"{name_of(one)} has no control current: an inverse is learned from it; leave the run out")
+    for one in every:
+        check_measured(one)
     _limits([course_of(one, ()) for one in every[: len(runs)]])
     if isinstance(forward, BlackBox):
         check_rate(forward.name, forward.dt, 1.0 / every[0].sample_rate_hz)
@@ -130,7 +143,7 @@ def inverse_runs(
 
 def _limits(courses: Sequence[Course]) -> Limits:
     low, high = (float(f([f(one.motion.i) for one in courses])) for f in (np.min, np.max))
-    if not high > low:
+    if high - low <= _VARIES * max(abs(low), abs(high)):
         raise DataError(f"current is {low:g} A in all runs: an inverse is learned from runs at two currents or more")
     return Limits(low, high)
 

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from typing import Final
 
-from identification.blackbox.fields import facts_in, number_in, object_in
+from identification.blackbox.fields import facts_in, facts_to_json, number_in, object_in
 from identification.blackbox.modelfile import alone_from_json, blackbox_to_json
 from identification.errors import ModelError
 from identification.inverse.model import Inverse
@@ -33,7 +33,7 @@ def inverse_to_json(model: Inverse) -> dict[str, Json]:
         "limits": [model.limits.low, model.limits.high],
         "network": _renamed(blackbox_to_json(model.network)),
         "forward": dict(model.forward_file),
-        "facts": dict(model.facts),
+        "facts": facts_to_json(model.facts),
     }
 
 

@@ -24,6 +24,9 @@ TOLERANCE = 0.05
 # Share of the rms force that the whole range of the current must change it by at least: less is no control.
 _LEAST_CONTROL = 0.01
 
+# A, of either limit: as of every input of a model, what is larger is none of a machine.
+_LARGEST = 1e6
+
 
 @dataclass(frozen=True, slots=True)
 class Limits:
@@ -36,6 +39,10 @@ class Limits:
         if not (np.isfinite(self.low) and np.isfinite(self.high) and self.low < self.high):
             raise ModelError(
                 f"limits of the current are [{self.low:g}, {self.high:g}] A: give two finite numbers, the lower first"
+            )
+        if max(-self.low, self.high) > _LARGEST:
+            raise ModelError(
+                f"limits of the current are [{self.low:g}, {self.high:g}] A: give them within ±{_LARGEST:g} A"
             )
 
     @property

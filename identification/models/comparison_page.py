@@ -22,6 +22,7 @@ MEASURED = "#1b1b1b"
 _COLOURS = ("#00798c", "#d1495b", "#e0a800", "#7b2d8b", "#6a994e", "#e07a5f", "#5b7fde", "#8d6e63")
 _LAYOUT = {"template": "plotly_white", "font": {"family": "system-ui, sans-serif", "size": 13}}
 _POINTS = 1000  # of a curve: a screen shows no more
+_LONGEST = 160  # characters of a failure in a field; all of it is its title
 _SHOWN = 4000  # samples of a run without periods: about its fastest moment
 _STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:1180px;margin:2em auto;padding:0 1em;color:#1b1b1b}
 h1{font-size:1.5em;margin-bottom:.2em}h2{font-size:1.15em;margin-top:1.8em}.scroll{overflow-x:auto}
@@ -52,19 +53,23 @@ def comparison_html(comparison: Comparison) -> str:
     rows = comparison.best_first()
     colours = _colours(rows)
     count = f"{_counted(len(rows), 'model')} on {_counted(len(comparison.courses), 'run')}"
-    figures = [courses(rows, comparison.courses, colours), cost_and_error(rows, colours)]
-    plots = [
-        figure.to_html(full_html=False, include_plotlyjs=k == 0, div_id=f"figure-{k}")
-        for k, figure in enumerate(figures)
-    ]
+    drawn = courses(rows, comparison.courses, colours).to_html(full_html=False, div_id="figure-0")
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>Comparison of {count}</title>'
         f"<style>{_STYLE}</style></head><body><h1>Comparison of {count}</h1>{_in_short(rows)}"
         f"<h2>Models, the smallest error first</h2><div class=scroll>{_models(rows, colours)}</div>"
         f"<h2>Error on every run</h2><div class=scroll>{_runs(rows, comparison.courses, colours)}</div>"
-        f"<h2>Force of every model</h2>{plots[0]}<h2>Error and cost</h2>{plots[1]}"
+        f"<h2>Force of every model</h2>{drawn}<h2>Error and cost</h2>{_cost(rows, colours)}"
         f"<p class=note>{_NOTES}</p></body></html>\n"
     )
+
+
+def _cost(rows: Sequence[Row], colours: dict[str, str]) -> str:
+    """The chart of error and cost; a sentence where there is nothing to draw."""
+    if all(row.rms is None for row in rows):
+        return "<p>No model has an error over all runs.</p>"
+    drawn: str = cost_and_error(rows, colours).to_html(full_html=False, include_plotlyjs=False, div_id="figure-1")
+    return drawn
 
 
 def forces(comparison: Comparison) -> go.Figure:
@@ -153,14 +158,14 @@ def _what(course: Course) -> str:
 
 def _run_cell(cell: Cell, least: float | None) -> str:
     if cell.score is None:
-        return f'<td class=failed title="{escape(cell.failure)}">fails: {escape(cell.failure[:160])}</td>'
+        return f'<td class=failed title="{escape(cell.failure)}">fails: {escape(_cut(cell.failure))}</td>'
     s = cell.score
     outside = "".join(
-        f"<small>{escape(name)}: {100 * share:.0f} % outside training</small>"
+        f"<small>{escape(name)}: {_percent(share)} outside training</small>"
         for name, share in (cell.left or {}).items()
     )
     if cell.covered is not None:
-        outside += f"<small>90 % band holds {100 * cell.covered:.0f} %</small>"
+        outside += f"<small>90 % band holds {_percent(cell.covered)}</small>"
     # White below 1 %, full colour at 100 %: an error is judged by its order.
     depth = min(max(math.log10(max(s.rrmsse, 1e-9)) / 2.0, 0.0), 1.0)
     style = f'style="background:rgba(209,73,91,{0.55 * depth:.2f})"'
@@ -246,12 +251,25 @@ def cost_and_error(rows: Sequence[Row], colours: dict[str, str]) -> go.Figure:
         if row.rms is not None and row.cost_ns is not None:
             name, marker = escape(row.label), {"size": 12, "color": colours[row.label]}
             figure.add_scatter(
-                x=[row.cost_ns], y=[row.rms], mode="markers+text", text=[name], textposition="top center",
-                cliponaxis=False, name=name, showlegend=False, marker=marker,
+                x=[row.cost_ns], y=[row.rms], mode="markers", cliponaxis=False, name=name, showlegend=True,
+                marker=marker,
             )  # fmt: skip
-    figure.update_xaxes(title="cost, ns per sample", type="log", dtick=1)
+    figure.update_xaxes(title="cost, ns per sample", type="log", dtick="D2")
     figure.update_yaxes(title="rms of the error over all runs, N", rangemode="tozero")
-    return figure.update_layout(height=400, margin={"t": 30, "r": 20}, **_LAYOUT)
+    legend = {"orientation": "h", "y": -0.25}  # names beside the points cover each other where models are alike
+    return figure.update_layout(height=430, legend=legend, margin={"t": 30, "r": 20}, **_LAYOUT)
+
+
+def _percent(share: float) -> str:
+    """A share in percent, such that a little is not nothing, and most is not all."""
+    text = f"{100.0 * share:.0f}"
+    if text == "0" and share > 0.0:
+        return "under 1 %"
+    return "over 99 %" if text == "100" and share < 1.0 else f"{text} %"
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
 
 
 def _named(label: str, colours: dict[str, str]) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
+from unicodedata import category
 
 from excitation.atomic import written_whole
 from excitation.untrusted import parse_json
@@ -22,6 +23,9 @@ FORMAT_VERSION: Final = 1
 
 # What JSON gives is of any type until it has been looked at.
 Json = Any
+
+_NOT_SHOWN = ("Cc", "Zl", "Zp")  # classes of Unicode: control characters, and breaks of lines and paragraphs
+_LONGEST_SHOWN = 60  # characters of a value in a message
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,7 +96,7 @@ def model_from_json(data: Json, *, only: Sequence[str] = (), kinds: Sequence[Kin
             raise ModelError("kind is 'multiaxis': it gives the loads of several axes, see damper-rig simulate")
         if name == "inverse":
             raise ModelError("kind is 'inverse': it gives a current for a wanted force, see damper-rig track")
-        raise ModelError(f"kind is {name!r}: this program reads {_quoted(known)}{endings}")
+        raise ModelError(f"kind is {shown(name)}: this program reads {_quoted(known)}{endings}")
     _check_usable(name, only)
     model: SimulationModel = _reader(known[name])(data)
     return model
@@ -103,14 +107,16 @@ def kind_of(data: Json) -> Json:
     if not isinstance(data, Mapping):
         raise ModelError(f"a model is an object, this is {type_of(data)}")
     if data.get("format") != FORMAT:
-        raise ModelError(f"format is {data.get('format')!r}: a model file has '{FORMAT}'")
+        raise ModelError(f"format is {shown(data.get('format'))}: a model file has '{FORMAT}'")
     version = data.get("format_version")
     if not isinstance(version, int) or isinstance(version, bool) or version < 1:
-        raise ModelError(f"format_version is {version!r}: it must be a positive integer")
+        raise ModelError(f"format_version is {shown(version)}: it must be a positive integer")
     if version > FORMAT_VERSION:
         raise ModelError(f"format_version is {version}: this program reads up to {FORMAT_VERSION}; update it")
     if not isinstance(data.get("name", ""), str):
-        raise ModelError(f"name is {data['name']!r}: it must be text")
+        raise ModelError(f"name is {shown(data['name'])}: it must be text")
+    if any(category(letter) in _NOT_SHOWN for letter in data.get("name", "")):
+        raise ModelError(f"name is {shown(data['name'])}: it must be one line of text without control characters")
     return data.get("kind")
 
 
@@ -119,6 +125,12 @@ def write_json(path: str | os.PathLike[str], data: Mapping[str, Json]) -> None:
     text = json.dumps(data, indent=2, ensure_ascii=False) + "\n"
     with written_whole(Path(path), ModelFileError) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def shown(value: Json) -> str:
+    """A value of a file in a message, cut where it is long."""
+    text = repr(value)
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}…"
 
 
 def type_of(value: Json) -> str:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from identification.errors import ModelError
 from identification.models.motion import Motion
-from identification.signals import SIGNALS
+from identification.signals import SIGNALS, UNITS
 
 Floats = NDArray[np.float64]
 
@@ -55,12 +55,13 @@ class TrainingRange:
         sentences = []
         for signal, share in self.left(motion).items():
             low, high = self.limits[signal]
-            series = getattr(motion, SIGNALS[signal])
-            beyond = np.maximum(low - series, series - high)
+            series, unit = getattr(motion, SIGNALS[signal]), UNITS[signal]
+            beyond = np.nan_to_num(np.maximum(low - series, series - high), nan=0.0)  # what is no number is held
             first, far = int(np.argmax(beyond > 0.0)), int(np.argmax(beyond))
             sentences.append(
-                f"{signal} leaves the training range [{low:.4g}, {high:.4g}] in {100.0 * share:.2g} % of the samples, "
-                f"first at {first * motion.dt:.4g} s, farthest at {far * motion.dt:.4g} s with {series[far]:.4g}"
+                f"{signal} leaves the training range [{low:.4g}, {high:.4g}] {unit} in {100.0 * share:.3g} % of the "
+                f"samples, first at {first * motion.dt:.4g} s, farthest at {far * motion.dt:.4g} s with "
+                f"{series[far]:.4g} {unit}, {beyond[far]:.2g} {unit} beyond"
             )
         return sentences
 

@@ -70,6 +70,9 @@ class MultiAxis:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.rate_hz) and self.rate_hz > 0.0):
             raise ModelError(f"sample rate is {self.rate_hz:g} Hz: it must be above 0")
+        for name, load in self.loads.items():
+            if not np.all(np.isfinite(load.weights)):
+                raise ModelError(f"loads.{name}.weights must be finite numbers")
         if not self.loads:
             raise ModelError("loads is empty: a model gives at least one")
         for name, load in self.loads.items():
@@ -194,7 +197,7 @@ def regressors(
         series = held(travels[axis], largest=_LARGEST)
         travel = seen(scales[axis], series)
         for age in DELAYS_S:
-            delay = round(age * rate_hz)
+            delay = min(round(age * rate_hz), travel.size)
             columns.append(np.concatenate([np.full(delay, travel[0]), travel])[: travel.size])
         columns.append(seen(scales[speed_of(axis)], np.gradient(series) * rate_hz))
     if base is not None and MOTIONS[0] in axes:

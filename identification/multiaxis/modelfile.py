@@ -8,7 +8,7 @@ from typing import Final
 
 from identification.blackbox.fields import facts_in, facts_to_json, names_in, number_in, object_in
 from identification.blackbox.given import Base
-from identification.blackbox.modelfile import numbers_in, scale_in, scale_to_json
+from identification.blackbox.modelfile import scale_in, scale_to_json, weights_in
 from identification.errors import ModelError, ModelFileError
 from identification.models.modelfile import (
     FORMAT,
@@ -95,7 +95,7 @@ def _load_in(where: str, data: Json) -> Load:
     if foreign is not None or not axes or len(set(axes)) < len(axes):
         raise ModelError(f"{where}.axes is {list(axes)}: name each once, of {', '.join(MOTIONS)}")
     return Load(
-        axes, scale_in(f"{where}.scale", given.get("scale")), numbers_in(f"{where}.weights", given.get("weights"), None)
+        axes, scale_in(f"{where}.scale", given.get("scale")), weights_in(f"{where}.weights", given.get("weights"), None)
     )
 
 

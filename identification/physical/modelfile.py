@@ -7,7 +7,16 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from identification.errors import ModelError
-from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, kind_of, load_model, type_of, write_json
+from identification.models.modelfile import (
+    FORMAT,
+    FORMAT_VERSION,
+    Json,
+    kind_of,
+    load_model,
+    shown,
+    type_of,
+    write_json,
+)
 from identification.physical.elements import CATALOGUE, PATHS, ElementSpec
 from identification.physical.model import Element, Model, Parameter
 
@@ -61,7 +70,7 @@ def _element(where: str, path: str, item: Json) -> Element:
         raise ModelError(f"{where}.{min(extra)} is unknown: an element has 'element', 'parameters' and perhaps 'id'")
     own_id = item.get("id", name)
     if not isinstance(own_id, str) or not own_id:
-        raise ModelError(f"{where}.id is {own_id!r}: it must be '{name}' or '{name}#label'")
+        raise ModelError(f"{where}.id is {shown(own_id)}: it must be '{name}' or '{name}#label'")
     given = item.get("parameters", {})
     if not isinstance(given, Mapping):
         raise ModelError(f"{where}.parameters is {type_of(given)}: it must be an object")
@@ -99,7 +108,7 @@ def _parameter(where: str, raw: Json, *, constant: bool) -> Parameter:
         raise ModelError(f"{where} has no 'value'")
     fixed = raw.get("fixed", False)
     if not isinstance(fixed, bool):
-        raise ModelError(f"{where}.fixed is {fixed!r}: it must be true or false")
+        raise ModelError(f"{where}.fixed is {shown(fixed)}: it must be true or false")
     numbers = {key: _number(f"{where}.{key}", raw[key]) for key in ("min", "max", "std") if raw.get(key) is not None}
     return Parameter(
         value=_number(where, raw["value"]),
@@ -112,7 +121,7 @@ def _parameter(where: str, raw: Json, *, constant: bool) -> Parameter:
 
 def _number(where: str, raw: Json) -> float:
     if isinstance(raw, bool) or not isinstance(raw, int | float):
-        raise ModelError(f"{where} is {raw!r}: it must be a number in SI units")
+        raise ModelError(f"{where} is {shown(raw)}: it must be a number in SI units")
     return float(raw)
 
 

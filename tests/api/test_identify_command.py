@@ -82,6 +82,19 @@ def test_a_hybrid_builds_on_a_given_model(place: Path, capsys: pytest.CaptureFix
     assert "only a hybrid builds on one" in capsys.readouterr().err
 
 
+def test_identify_says_where_and_how_far_a_held_out_run_leaves_the_training(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shown = read_run(Path("shown.h5"))
+    write_run(Path("far.h5"), with_channel(shown, "displacement", 3.0 * shown.channels["displacement"], "m"))
+    words = ["identify", "arx", "learned.h5", "--regressors", "F1 v0", "-o", "a.json", "--held-out"]
+    assert main([*words, "far.h5"]) == 0
+    assert "\n  far.h5: velocity leaves the training range [" in capsys.readouterr().out
+    assert main([*words, "far.h5", "--json"]) == 0
+    (sentence,) = json.loads(capsys.readouterr().out)["outside_training"]
+    assert sentence.startswith("far.h5: velocity leaves the training range [")
+
+
 def test_simulate_says_where_and_how_far_a_run_leaves_the_training(
     place: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 import httpx
+import numpy as np
 import pytest
 
 from api.cli.main import main
@@ -14,7 +16,7 @@ from api.jobs.identify import IDENTIFY, IdentifyRequest
 from api.jobs.kind import Task
 from identification.blackbox import KINDS
 from identification.errors import DataError, IdentificationError
-from rigctl.runfile import write_run
+from rigctl.runfile import with_channel, write_run
 from tests.api.following import get, reached
 from tests.api.measured import MODEL, sent
 from tests.identification.hysteretic import hysteretic
@@ -48,6 +50,9 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         write_run(place / f"{name}.h5", hysteretic(k, 900))
         write_run(place / f"{name}_i.h5", hysteretic(k, 900, current=True))
         write_run(place / f"{name}_six.h5", by_formula(motion(k), name))
+    learned, driven = hysteretic(0, 900), hysteretic(0, 900, current=True)
+    write_run(place / "two.h5", replace(learned, channels={k: one[:2] for k, one in learned.channels.items()}))
+    write_run(place / "dead_i.h5", with_channel(driven, "force", np.full(900, 7.0), "N"))
     write_run(place / "faster.h5", hysteretic(3, 900, rate_hz=500.0))
     (place / "base.json").write_text(json.dumps(MODEL))
     (place / "controlled.json").write_text(json.dumps(CONTROLLED))
@@ -118,6 +123,8 @@ def test_a_search_draws_its_page_over_http_and_other_jobs_have_none(base: str, r
         ({}, ["model_kind is missing"]),
         ({"model_kind": "arx", "every": True}, ["every goes with select"]),
         ({"model_kind": "arx", "longest": 3}, ["longest goes with select"]),
+        ({"model_kind": "arx", "longest": 0}, ["longest goes with select"]),
+        ({"model_kind": "multiaxis", "nodes": 0}, ["leave out regressors, nodes and layers"]),
         ({"model_kind": "arx", "select": True, "regressors": ["F1"]}, ["regressors and select"]),
         ({"model_kind": "inverse", "select": True}, ["an inverse takes regressors"]),
         ({"model_kind": "arx", "rate_hz": 0.0}, ["rate_hz is 0"]),
@@ -155,6 +162,16 @@ def test_what_cannot_be_identified_is_refused_in_one_line_before_it_is_accepted(
         (["learned.h5"], [], {"model_kind": "nnoe", "layers": "14"}, "are for narx and mlp, not for 'nnoe'"),
         (["learned_i.h5"], [], {"model_kind": "inverse", "evolve": True}, "are for narx and mlp, not for 'inverse'"),
         (["learned.h5"], [], {"model_kind": "arx", "base": MODEL}, "only a hybrid builds on one"),
+        (["learned.h5"], [], {"model_kind": "nnoe", "regressors": ["v0 M0"]}, "only a hybrid has one"),
+        (["learned.h5"], ["two.h5"], {"model_kind": "arx"}, "two.h5: only 2 samples"),
+        (["learned_i.h5"], ["dead_i.h5"], {"model_kind": "inverse"}, "dead_i.h5: channel 'force' is frozen at 7"),
+        (["learned.h5"], [], {"model_kind": "arx", "rate_hz": 2e5}, "learned.h5 has 200 Hz: at most 20 times its own"),
+        (
+            ["learned.h5"],
+            [],
+            {"model_kind": "polynomial", "regressors": [" ".join(f"v{k}" for k in range(257))]},
+            "257 regressors have 2895620 products of up to 3 at 900 samples: at most 20000 are tried",
+        ),
     ],
 )
 def test_its_check_names_what_would_end_the_work(

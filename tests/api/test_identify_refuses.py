@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +20,11 @@ def cut(run: Run, samples: int) -> Run:
     return replace(run, channels={name: one[:samples] for name, one in run.channels.items()})
 
 
+def without(run: Run, channel: str) -> Run:
+    kept = {name: one for name, one in run.channels.items() if name != channel}
+    return replace(run, channels=kept, units={name: run.units[name] for name in kept})
+
+
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Runs with every mistake, and models of them."""
@@ -31,14 +37,20 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "brief": cut(driven, 320),
         "faster": hysteretic(3, 1200, rate_hz=500.0, current=True),
         "held": with_channel(driven, "current", np.full(x.size, 0.5), "A"),
+        "nearly": with_channel(driven, "current", 0.5 + 1e-12 * x / np.max(np.abs(x)), "A"),
         "copied": with_channel(driven, "current", 40.0 * x + 1.0, "A"),
         "pushed": with_channel(driven, "force_wanted", 5e4 + driven.channels["force"], "N"),
         "still": with_channel(driven, "displacement", np.zeros(x.size), "m"),
+        "dead": with_channel(driven, "force", np.full(x.size, 7.0), "N"),
+        "two": cut(driven, 2),
+        "forceless": without(driven, "force"),
     }
     for name, run in runs.items():
         write_run(tmp_path / f"{name}.h5", run)
     parts = (element("viscous_damping", {"c": 300.0, "c_control": 50.0}),)
     write_model(tmp_path / "forward.json", Model(name="forward", elements=parts))
+    weak = (element("viscous_damping", {"c": 300.0, "c_control": 5.0}),)
+    write_model(tmp_path / "weak.json", Model(name="weak", elements=weak))
     monkeypatch.chdir(tmp_path)
     assert main(["identify", "arx", "driven.h5", "--regressors", "F1 v0 i0", "-o", "needs_current.json"]) == 0
     return tmp_path
@@ -73,6 +85,31 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             ["identify", "arx", "driven.h5", "--held-out", "passive.h5"],
             ["passive.h5 has no current, driven.h5 has: give runs that all have it"],
         ),
+        *(
+            (["identify", kind, "driven.h5", "--held-out", f"{run}.h5"], [f"{run}.h5: {said}"])
+            for kind in ("arx", "polynomial", "inverse")
+            for run, said in (
+                ("dead", "channel 'force' is frozen at 7"),
+                ("two", "only 2 samples"),
+                ("forceless", "no channel 'force'"),
+            )
+        ),
+        (["identify", "nnoe", "driven.h5", "--regressors", "v0 M0"], ["regressors v0 M0", "only a hybrid has one"]),
+        (["identify", "polynomial", "driven.h5", "--regressors", "v0 M0"], ["only a hybrid has one"]),
+        (["identify", "inverse", "driven.h5", "--regressors", "F0 M0"], ["only a hybrid has one"]),
+        (["identify", "mlp", "driven.h5", "--regressors", "F1 v0"], ["hold a past force F: an mlp is static"]),
+        (
+            ["identify", "mlp", "driven.h5", "--layers", "4", "--regressors", "F1 v0"],
+            ["hold a past force F: an mlp is static"],
+        ),
+        (["identify", "arx", "driven.h5", "--regressors", "v0", "--nodes", "5"], ["arx is a kind without nodes"]),
+        (["identify", "arx", "driven.h5", "--select", "--nodes", "5"], ["arx is a kind without nodes"]),
+        (["identify", "polynomial", "driven.h5", "--regressors", "v0", "--nodes", "5"], ["is a kind without nodes"]),
+        (["identify", "inverse", "nearly.h5"], ["current is 0.5 A in all runs"]),
+        (
+            ["identify", "inverse", "driven.h5", "--base", "weak.json"],
+            ["the current changes the force of 'weak' by less than 10 % of its rms at every sample"],
+        ),
         (["identify", "inverse", "held.h5"], ["current is 0.5 A in all runs"]),
         (
             ["track", "forward.json", "pushed.h5", "--current", "0", "1"],
@@ -100,3 +137,27 @@ def test_runs_of_two_rates_are_resampled_on_request(place: Path, capsys: pytest.
     capsys.readouterr()
     assert main(["simulate", "both.json", "driven.h5", "-o", "out.h5"]) == 2
     assert "identified at 100 Hz" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"kind": "physical", "paths": {"core": [{"element": "a\x1b[31mb\x07", "parameters": {}}]}},
+            "a\\x1b[31mb\\x07",
+        ),
+        ({"facts": {"y" * 1_000_000: "x"}}, " … "),
+        ({"format": [1] * 5000}, "[1, 1, 1"),
+    ],
+)
+def test_what_a_file_says_neither_commands_the_terminal_nor_fills_it(
+    place: Path, changes: dict[str, object], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = json.loads(Path("needs_current.json").read_text()) | changes
+    Path("hostile.json").write_text(json.dumps(data))
+    capsys.readouterr()
+    assert main(["simulate", "hostile.json", "driven.h5", "-o", "made.h5"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.isprintable()
+    assert words in line
+    assert len(line) < 3100

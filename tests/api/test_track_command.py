@@ -59,6 +59,17 @@ def test_a_forward_model_is_inverted_and_what_cannot_be_made_is_said(
     assert "of the samples cannot be made" in said.out
 
 
+def test_a_constant_force_is_tracked_without_a_fit_that_is_no_number(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shown = read_run(Path("one.h5"))
+    write_run(Path("still.h5"), with_channel(shown, "force_wanted", np.zeros(shown.samples), "N"))
+    assert main(["track", "forward.json", "still.h5", "--current", "0", "1", "-o", "out.h5"]) == 0
+    said = capsys.readouterr().out
+    assert "a constant force is wanted, it is missed by" in said
+    assert "inf" not in said
+
+
 @pytest.mark.parametrize(
     ("words", "parts"),
     [

@@ -13,7 +13,7 @@ import pytest
 
 from identification.errors import DataError, OutputError, SimulationError
 from identification.models import Comparison, Motion, compare, comparison_data, score_signals, simulate_run
-from identification.models.comparison_page import comparison_html, write_comparison
+from identification.models.comparison_page import comparison_html, cost_and_error, write_comparison
 from identification.physical.model import Model, element
 from tests.identification.polynomial import Polynomial
 from tests.identification.specimens import AS_SIMULATED, between_samples, run
@@ -121,6 +121,32 @@ def test_the_page_opens_offline_and_shows_every_model_and_run(found: Comparison,
     assert "<me>" not in page
     with pytest.raises(OutputError, match="cannot be written"):
         write_comparison(tmp_path / "absent" / "page.html", found)
+
+
+def test_a_page_on_which_no_model_has_an_error_over_all_runs_says_so_in_place_of_an_empty_chart(
+    found: Comparison,
+) -> None:
+    page = comparison_html(compare([Failing(name="f", coefficients=(0.0, 1400.0), trained_m_s=0.1)], RUNS[2:]))
+    assert "<h2>Error and cost</h2><p>No model has an error over all runs.</p>" in page
+    assert "figure-1" not in page
+    assert "figure-1" in comparison_html(found)
+
+
+def test_names_of_models_alike_do_not_cover_each_other_in_the_chart_of_error_and_cost(found: Comparison) -> None:
+    rows = [row for row in found.best_first() if row.rms is not None]
+    points = cost_and_error(rows, dict.fromkeys([row.label for row in rows], "#000000")).data
+    assert [point.mode for point in points] == ["markers"] * len(rows)
+    assert all(point.showlegend for point in points)
+
+
+def test_a_share_that_is_little_is_not_shown_as_none_and_one_that_is_most_not_as_all(found: Comparison) -> None:
+    row = found.rows[0]
+    cell = replace(row.cells[0], left={"current": 0.0008, "velocity": 0.08, "displacement": 1.0}, covered=0.9999)
+    page = comparison_html(replace(found, rows=(replace(row, cells=(cell, *row.cells[1:])),)))
+    assert "current: under 1 % outside training" in page
+    assert "velocity: 8 % outside training" in page
+    assert "displacement: 100 % outside training" in page
+    assert "90 % band holds over 99 %" in page
 
 
 def test_models_of_one_name_are_numbered() -> None:

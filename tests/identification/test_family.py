@@ -235,4 +235,4 @@ def test_a_run_beyond_its_training_is_flagged_with_where_and_how_far(kind: str) 
     far = with_channel(runs()[2], "current", 5.0 + runs()[2].channels["current"], "A")
     said = [text for text in outside_training(one, far) if ": current leaves the training range" in text]
     assert len(said) == 1
-    assert "in 1e+02 % of the samples, first at 0 s, farthest at" in said[0]
+    assert "A in 100 % of the samples, first at 0 s, farthest at" in said[0]

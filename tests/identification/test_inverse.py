@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -159,6 +160,13 @@ def test_an_inverse_comes_back_from_its_file_as_it_was(tmp_path: Path) -> None:
     assert np.array_equal(again.current(asked), found().model.current(asked))
     with pytest.raises(ModelFileError, match="it gives a current for a wanted force, see damper-rig track"):
         load_model(path)
+
+
+def test_a_fact_that_is_no_number_leaves_a_file_that_can_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "inverse.json"
+    write_inverse(path, replace(found().model, facts={"fit_tracked_held_out": -math.inf, "other": 1.0}))
+    again: Any = load_model(path, kinds=(*KINDS, INVERSE))  # Any: an inverse is no model of a force
+    assert again.facts == {"other": 1.0}
 
 
 @pytest.mark.parametrize(

@@ -250,6 +250,24 @@ def test_a_training_range_that_is_none_is_refused(limits: dict[str, tuple[float,
         TrainingRange(limits)
 
 
+def test_a_sentence_says_by_how_much_a_range_is_left_with_its_unit_also_where_it_is_little() -> None:
+    motion = motion_from(np.zeros(1000), 100.0, current=np.where(np.arange(1000) == 300, 0.9 + 2e-6, 0.5))
+    said = TrainingRange({"current": (0.1, 0.9), "velocity": (-1.0, 1.0)}).described(motion)
+    assert said == [
+        "current leaves the training range [0.1, 0.9] A in 0.1 % of the samples, first at 3 s, farthest at 3 s with "
+        "0.9 A, 2e-06 A beyond"
+    ]
+    whole = TrainingRange({"temperature": (40.0, 60.0)}).described(motion)
+    assert "[40, 60] °C in 100 % of the samples, first at 0 s" in whole[0]
+    assert whole[0].endswith("with 25 °C, 15 °C beyond")
+
+
+def test_a_sample_that_is_no_number_hides_none_that_leaves_the_range() -> None:
+    current = np.where(np.arange(1000) == 300, 2.0, 0.5)
+    motion = replace(motion_from(np.zeros(1000), 100.0), i=np.where(np.arange(1000) == 100, np.nan, current))
+    assert "farthest at 3 s with 2 A, 1.1 A beyond" in TrainingRange({"current": (0.1, 0.9)}).described(motion)[0]
+
+
 def test_the_model_of_a_motion_needs_no_run() -> None:
     motion: Motion = motion_from(sine(), 1000.0, period=500)
     assert np.allclose(VISCOUS.force(motion), 1000.0 * motion.v)

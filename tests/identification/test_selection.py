@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -88,6 +89,14 @@ def test_a_search_is_kept_in_a_file_of_its_own_runs(
     assert all(np.array_equal(one.weights, again[name].weights) for name, one in told[-1].items())
     with pytest.raises(DataError, match=r"search\.json: it belongs to other runs"):
         read_selection(file, [replace(course, force=2.0 * course.force)])
+    data = json.loads(file.read_text())
+    data["tried"][0]["error"] = -1.0
+    file.write_text(json.dumps(data))
+    with pytest.raises(DataError, match=r"tried\[0\].error is -1: a mean square is not below 0"):
+        read_selection(file, [course])
+    file.write_bytes(b"\x89HDF")
+    with pytest.raises(DataError, match="not the JSON of a search: name another file"):
+        read_selection(file, [course])
     file.write_text("{")
     with pytest.raises(DataError, match=r"search\.json: "):
         read_selection(file, [course])
