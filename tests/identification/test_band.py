@@ -77,7 +77,7 @@ def test_the_band_holds_its_level_at_a_current_between_and_widens_beyond_the_tra
 
 def test_a_held_out_run_that_leaves_the_training_is_told() -> None:
     told = identified_text(of_currents())
-    assert "hysteretic-92: current leaves the training range [0, 2] in 1e+02 % of the samples" in told
+    assert "hysteretic-92: current leaves the training range [0, 2] A in 100 % of the samples" in told
     assert "hysteretic-91: current" not in told
 
 
