@@ -6,16 +6,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from identification.criteria import FORM
+from identification.physical.beside import switched, switches
 from identification.physical.elements import CATALOGUE, Growth, Values
 from identification.physical.model import Element, Model, Parameter, element
 from identification.record import Record
 from identification.scales import Scales
 
 
-def guesses(name: str, scales: Scales) -> list[Element]:
-    """Elements of one name with first values worth trying, each shape limited to what the data span."""
-    starts = CATALOGUE[name].starts
-    return [_first(name, values, scales) for values in starts(scales)] if starts is not None else []
+def guesses(name: str, scales: Scales, *, mounted: bool = False) -> list[Element]:
+    """Elements of one name with first values worth trying, each shape limited to what the data span; of what may act
+    beside the mount of a model that is `mounted`, both ways."""
+    spec = CATALOGUE[name]
+    if spec.starts is None:
+        return []
+    within = [_first(name, values, scales) for values in spec.starts(scales)]
+    return within + [switched(e, k) for k in switches(spec) if mounted for e in within]
 
 
 def starts_out_of(fitted: Element, name: str, growth: Growth, scales: Scales) -> list[Element]:

@@ -16,7 +16,7 @@ from identification.discrepancy.excess import contribution_and_form, excess_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.fitting.refine import refine_curve
+from identification.fitting.refine import beside_or_within, refine_curve
 from identification.physical.elements import CATALOGUE, Curve, Growth, ParameterSpec, Surroundings
 from identification.physical.model import Element, Model, Parameter, denies_its_name
 from identification.record import Record
@@ -193,7 +193,9 @@ def _shortlist(
     quick = [replace(r, motion=replace(r.motion, ahead=BUDGET.settling_s)) for r in records]
     at = tangent(model, quick)
     names = [n for n in admissible(model, records, scales) if n not in excluded]
-    found = screen(model, [model.numbered(g) for n in names for g in guesses(n, scales)], quick, at)
+    mounted = bool(model.on("mount"))
+    first = [model.numbered(g) for n in names for g in guesses(n, scales, mounted=mounted)]
+    found = screen(model, first, quick, at)
     best: dict[str, list[tuple[float, Element]]] = {}
     for s in found:
         if s.share > 0.0:
@@ -262,6 +264,9 @@ def _fit_candidate(candidate: _Candidate, its: _Round) -> Trial | None:
         fits = _continue_fits(fits, its.records, BUDGET.fit_iterations) or fits
     if full:
         raw = min(fits, key=_merit)
+        for index, e in enumerate(raw.model.elements):
+            if e.spec.dry_friction and e.id != candidate.id:
+                raw = beside_or_within(raw, index, its.records)
         fits.append(refine_curve(raw, raw.model.ids.index(candidate.id), its.records))
     with suppress(SimulationError):
         return trial_of(min(fits, key=_merit), candidate.id, its.start, its.records, candidate.promised)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from identification.criteria import BUDGET, CHANCE, FORM
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
+from identification.physical.beside import switched, switches
 from identification.physical.elements import ParameterSpec
 from identification.physical.model import Model, Parameter, denies_its_name
 from identification.record import Record
@@ -19,10 +20,11 @@ def refine_curve(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     """The fit with the finer shape of one element free, where it has one and the data show it; else as it is.
 
     The same with its gain on the current: how large the effect is may follow the current as the base does. Of the two
-    the one that explains more comes first.
+    the one that explains more comes first. Before them, a friction that may act beside the mount is tried there.
     """
     specs = fit.model.elements[index].spec.parameters
-    shape = [k for k, s in enumerate(specs) if s.refinement and not s.gain]
+    fit = beside_or_within(fit, index, records)
+    shape = [k for k, s in enumerate(specs) if s.refinement and not (s.gain or s.switch)]
     gains = [k for k, s in enumerate(specs) if s.refinement and s.gain and any(r.has_current for r in records)]
     ways = {tuple(shape): _start({specs[k].unit for k in shape}, records, fit.rms), tuple(gains): Parameter(value=0.0)}
     while ways:
@@ -30,6 +32,16 @@ def refine_curve(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
         best = min(finer, key=lambda numbers: finer[numbers].chi2)
         fit = finer[best]
         del ways[best]
+    return fit
+
+
+def beside_or_within(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
+    """The fit with one element beside the mount, or within it again, where that is clearly the better."""
+    own, excess = fit.model.elements[index], fit.chi2 - fit.samples
+    for place in switches(own.spec) if fit.model.on("mount") else []:
+        moved = _refitted(fit, index, switched(own, place).parameters, records)
+        if moved.chi2 < fit.chi2 - max(CHANCE.slack, FORM.helps * excess):
+            return moved
     return fit
 
 
@@ -44,7 +56,7 @@ def _freed(fit: Fit, index: int, numbers: Sequence[int], free: Parameter, record
     if not finer or excess < CHANCE.at_noise * fit.samples:
         return fit
     beside = tuple(free if k in finer else p for k, p in enumerate(own.parameters))
-    alone = tuple(_neutral(s) if s.refinement and k not in finer else p
+    alone = tuple(_neutral(s) if s.refinement and not s.switch and k not in finer else p
                   for k, (s, p) in enumerate(zip(own.spec.parameters, beside, strict=True)))  # fmt: skip
     shaped = [_refitted(fit, index, parameters, records) for parameters in dict.fromkeys((alone, beside))]
     least = min(s.chi2 for s in shaped)

@@ -56,6 +56,8 @@ class Element:
             raise ModelError(f"element '{self.name}' needs the parameters {names}")
         for spec, parameter in zip(self.spec.parameters, self.parameters, strict=True):
             _check(f"{self.name}.{spec.name}", spec.unit, parameter, spec.low, spec.high)
+            if spec.switch and not (parameter.fixed and parameter.value in (0.0, 1.0)):
+                raise ModelError(f"{self.name}.{spec.name} is {parameter.value:g}: it is 0 or 1, and fixed")
 
     @property
     def spec(self) -> ElementSpec:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from identification.errors import SimulationError
 from identification.models.motion import Motion
+from identification.physical.beside import parts
 from identification.physical.collocation import nodes_of
 from identification.physical.elements.equations.control import effective_current
 from identification.physical.elements.equations.sensor import delay_of, lag_of, lagged, sensor_force
@@ -161,6 +162,24 @@ def _tiled(response: Response, motion: Motion) -> Response:
 
 
 def _damper(model: Model, motion: Motion, wanted: Mask | None, substeps: int) -> Response:
+    """Response of mount and core, and of what acts beside them; a gradient has the columns of the sensor too, zero."""
+    through, beside = parts(model)
+    if beside is None:
+        return _one_part(model, motion, wanted, substeps)
+    force, failures = np.zeros(motion.x.size), 0
+    gradient = None if wanted is None else np.zeros((motion.x.size, int(wanted.sum())))
+    for part in (through, beside):
+        if part is None:
+            continue
+        owned = np.array([e.id in part.ids for e, _ in model.slots()], dtype=np.bool_)
+        own = _one_part(part, motion, None if wanted is None else wanted[owned], substeps)
+        force, failures = force + own.force, failures + own.failures
+        if gradient is not None and wanted is not None and own.gradient is not None:
+            gradient[:, owned[wanted]] += own.gradient
+    return Response(force, gradient, failures)
+
+
+def _one_part(model: Model, motion: Motion, wanted: Mask | None, substeps: int) -> Response:
     mount, control, core = model.on("mount"), model.on("control"), model.on("core")
     u, du = effective_current(control, motion.i, motion.dt, motion.period, motion.remanence)
     gradient, mask = wanted is not None, np.zeros(model.free().size, dtype=np.bool_) if wanted is None else wanted

@@ -8,6 +8,7 @@ import numpy as np
 
 from identification.errors import SimulationError
 from identification.models.stepping import Moment
+from identification.physical.beside import parts
 from identification.physical.collocation import nodes_of
 from identification.physical.elements.equations.current_steps import CurrentPath
 from identification.physical.elements.equations.sensor import ACTS, acting
@@ -34,7 +35,9 @@ class PhysicalStepper:
         """The damper at the step `dt`, s, before its start; raises SimulationError where `dt` is none."""
         if not (np.isfinite(dt) and dt > 0.0):
             raise SimulationError(f"'{model.name}': the step is {dt:g} s: it must be above 0")
-        core, mount = model.on("core"), model.on("mount")
+        through, beside = parts(model)
+        self._beside = None if beside is None else PhysicalStepper(beside, dt)
+        core, mount = (through.on("core"), through.on("mount")) if through is not None else ((), ())
         values = np.array([p.value for e in core for p in e.parameters])
         none = np.full(values.size, -1, dtype=np.int64)
         self._name, self._dt = model.name, dt
@@ -73,6 +76,8 @@ class PhysicalStepper:
         x, v, u, temperature, a, v_m = self._rows[:, :1]
         self._run(Drive(x, v, u, temperature, a, v_m, self._dt, np.zeros((0, 1))), fresh=True)
         self._space.carried.state[TOLERANCE] = _VELOCITY_TOLERANCE
+        if self._beside is not None:
+            self._beside.start(at)
         return self.force(at)
 
     def force(self, at: Moment) -> float:
@@ -83,12 +88,13 @@ class PhysicalStepper:
         force = self._run(self._drive, fresh=False)
         for part, kept in self._kept:
             part[:] = kept
-        return self._whole(force, at)
+        return self._whole(force if self._beside is None else force + self._beside.force(at), at)
 
     def advance(self, at: Moment) -> float:
         """Go on to the next sample; the force there, N; raises SimulationError where it is not finite."""
         self._rows[:, 1] = self._column(at, self._current.advance(at.i))
-        force = self._whole(self._run(self._drive, fresh=False), at)
+        beside = 0.0 if self._beside is None else self._beside.advance(at)
+        force = self._whole(self._run(self._drive, fresh=False) + beside, at)
         self._highest = max(self._highest, self._rows[5, 1])
         self._rows[:, 0] = self._rows[:, 1]
         if not abs(force) < np.inf:

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 # Measured friction builds up over a velocity w_r; the canonical form jumps.
 _BUILD_UP = ParameterSpec("w_r", "m/s", default=0.0, refinement=True)
+# A rod seal slides between the ends of a damper, also where its oil or its gas gives way; what is behind a bush slides
+# by less than these.
+BESIDE_MOUNT = ParameterSpec("beside_mount", "–", high=1.0, constant=0.0, default=0.0, refinement=True, switch=True)
 
 
 def _stribeck_starts(s: Scales) -> Sequence[Values]:
@@ -120,7 +123,7 @@ ROWS: Final = (
         family=Family.FRICTION,
         title="Coulomb friction",
         equation="f = f_c·sgn(w)",
-        parameters=(ParameterSpec("f_c", "N", remedy=Remedy.SPEEDS), _BUILD_UP),
+        parameters=(ParameterSpec("f_c", "N", remedy=Remedy.SPEEDS), _BUILD_UP, BESIDE_MOUNT),
         starts=lambda s: [{"f_c": s.gap}],
         smooth_over="w_r",
         dry_friction=True,
@@ -136,6 +139,7 @@ ROWS: Final = (
             ParameterSpec("f_s", "N", remedy=Remedy.SPEEDS),
             ParameterSpec("w_s", "m/s", TINY, limits=lambda s: (0.02 * s.speeds[0], s.speeds[3]), remedy=Remedy.SPEEDS),
             _BUILD_UP,
+            BESIDE_MOUNT,
         ),
         starts=_stribeck_starts,
         smooth_over="w_r",
@@ -159,6 +163,7 @@ ROWS: Final = (
                 remedy=Remedy.FREQUENCY,
             ),
             ParameterSpec("f_c", "N", TINY, remedy=Remedy.SPEEDS),
+            BESIDE_MOUNT,
         ),
         starts=_presliding_starts,
         memory=True,

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from identification.criteria import FORM
+from identification.physical.elements.friction import BESIDE_MOUNT
 from identification.physical.elements.spec import (
     TINY,
     UNBOUNDED,
@@ -56,6 +57,7 @@ ROWS: Final = (
             ParameterSpec("f_c", "N", TINY, remedy=Remedy.SPEEDS),
             ParameterSpec("f_s", "N", TINY, remedy=Remedy.SPEEDS),
             ParameterSpec("w_s", "m/s", TINY, limits=lambda s: (0.02 * s.speeds[0], s.speeds[3]), remedy=Remedy.SPEEDS),
+            BESIDE_MOUNT,
         ),
         starts=_lugre_starts,
         memory=True,

@@ -1,0 +1,41 @@
+"""Frictions that slide between the ends of a damper, beside what is in series with its core: a model in two parts.
+
+A rod seal slides as the rig moves, also where the oil or the gas of the chambers gives way. Without a mount there is
+one part: all moves as the rig does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from identification.physical.elements import ElementSpec
+from identification.physical.model import Element, Model
+
+
+def is_beside(e: Element) -> bool:
+    """Whether an element acts beside the mount."""
+    return any(p.value == 1.0 for p, spec in zip(e.parameters, e.spec.parameters, strict=True) if spec.switch)
+
+
+def switches(spec: ElementSpec) -> list[int]:
+    """Places of the parameters that are 0 or 1."""
+    return [k for k, p in enumerate(spec.parameters) if p.switch]
+
+
+def switched(e: Element, place: int) -> Element:
+    """The element with one of its switches the other way."""
+    other = replace(e.parameters[place], value=1.0 - e.parameters[place].value)
+    return replace(e, parameters=(*e.parameters[:place], other, *e.parameters[place + 1 :]))
+
+
+def parts(model: Model) -> tuple[Model | None, Model | None]:
+    """The model without what acts beside its mount, and that alone; None where there is nothing of it.
+
+    A core of which nothing is left passes no force on: then its mount carries none, and is in neither part.
+    """
+    beside = tuple(e for e in model.on("core") if is_beside(e)) if model.on("mount") else ()
+    if not beside:
+        return model, None
+    rest = tuple(e for e in model.elements if e not in beside)
+    carries = any(e.spec.path == "core" for e in rest)
+    return replace(model, elements=rest) if carries else None, replace(model, elements=beside)
