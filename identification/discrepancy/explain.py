@@ -18,6 +18,7 @@ from identification.discrepancy.hum import Hum, find_hum, hum_in
 from identification.discrepancy.naming import Compared
 from identification.discrepancy.nexttest import propose
 from identification.discrepancy.notes import (
+    beside_mount,
     beyond,
     capped,
     coarse,
@@ -306,6 +307,7 @@ def _notes(result: SearchResult, final: Model, traces: Sequence[Traces], finding
         *elsewhere(result.train, result.held),
         *findings,
         *finer(result.base.model, result.found.fit.model),
+        *beside_mount(final),
         *unnamed(result.base.model, final, result.names),
         *capped(result.evidence),
         *tared_apart(traces),

@@ -13,6 +13,7 @@ from identification.discrepancy.evidence import Evidence
 from identification.discrepancy.explanation import Traces
 from identification.errors import SimulationError
 from identification.physical.accuracy import numerical_error
+from identification.physical.beside import parts
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model, name_of
 from identification.record import Record
@@ -27,6 +28,15 @@ def finer(base: Model, fitted: Model) -> list[str]:
         if e.id in base.ids
         for spec, p in zip(e.spec.parameters, e.parameters, strict=True)
         if spec.refinement and not p.fixed and p.value != 0.0
+    ]
+
+
+def beside_mount(model: Model) -> list[str]:
+    """The elements that act between the ends and not behind what is in series with the core."""
+    _, beside = parts(model)
+    return [
+        f"{e.spec.title} acts between the ends, beside what gives way there, as a rod seal does"
+        for e in (() if beside is None else beside.elements)
     ]
 
 

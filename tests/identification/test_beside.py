@@ -12,7 +12,7 @@ from identification.physical.modelfile import model_from_json, model_to_json
 from identification.physical.simulate import simulate
 from tests.identification.motions import motion
 from tests.identification.ordinary import RATE, Floats, campaign
-from tests.identification.test_stepping import stepped
+from tests.identification.stepped import stepped
 
 DASHPOT = element("viscous_damping", {"c": 3000.0, "c_control": 0.0})
 BUSH = element("series_compliance", {"k": 2e5, "c": 10.0})
@@ -115,5 +115,6 @@ def test_a_rod_seal_beside_oil_that_gives_way_is_a_friction_and_a_compliance(sea
     assert {e.element for e in found.effects} - set(FRICTIONS) == {"series_compliance"}
     slides = next(e for name, e in named.items() if name in FRICTIONS)
     assert slides.value("beside_mount") == 1.0
+    assert f"{slides.spec.title} acts between the ends, beside what gives way there, as a rod seal does" in found.notes
     assert slides.value("f_c") == pytest.approx(seal, rel=0.1)
     assert named["series_compliance"].value("k") == pytest.approx(6e4, rel=0.1)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from identification.blackbox.model import BlackBox
 from identification.errors import SimulationError
@@ -17,6 +15,7 @@ from identification.physical.literature import LITERATURE, literature
 from identification.physical.model import Model, element
 from identification.physical.stepping import left_out
 from tests.identification.random_black_boxes import BLACK, DT
+from tests.identification.stepped import stepped
 
 N = 1500
 SETTLED = slice(N // 2, N)
@@ -28,21 +27,6 @@ def motion() -> Motion:
     t = np.arange(N) * DT
     x = 0.012 * (1.0 - np.exp(-4.0 * t)) ** 3 * (np.sin(13.0 * t) + 0.3 * np.sin(47.0 * t))
     return motion_from(x, 1.0 / DT, current=0.5 + 0.4 * np.sin(8.0 * t))
-
-
-def moment(m: Motion, k: int) -> Moment:
-    return Moment(m.x[k], m.v[k], m.a[k], m.i[k], m.temperature[k])
-
-
-def stepped(model: Steppable, m: Motion, between: Callable[[int], Moment] | None = None) -> NDArray[np.float64]:
-    """The force at every sample; `between` asks a question before each step."""
-    stepper = model.stepper(m.dt)
-    force = [stepper.start(moment(m, 0))]
-    for k in range(1, m.x.size):
-        if between is not None:
-            stepper.force(between(k))
-        force.append(stepper.advance(moment(m, k)))
-    return np.array(force)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
