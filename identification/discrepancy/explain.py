@@ -157,17 +157,12 @@ def _search(
         )
     passes = search_in_passes(
         model, base, quiet, unseen, lambda text: report(text, 0.4),
-        is_enough=partial(is_enough, train), share=partial(_share_again, whole),
+        is_enough=partial(is_enough, train), whole=whole,
     )  # fmt: skip
     return SearchResult(
         base=passes.base, found=passes.found, evidence=passes.evidence, withheld=passes.withheld, hum=hum, train=train,
         held=held, quiet=passes.records, only_held_out=only_held_out, within=passes.within,
     )  # fmt: skip
-
-
-def _share_again(whole: Sequence[Record], model: Model) -> list[Record]:
-    """The fair shares of the records in which a model fails most."""
-    return fair_shares(whole, [r.measured - predict(model, r)[0] for r in whole])
 
 
 def _is_seen(base: Fit, records: Sequence[Record]) -> bool:

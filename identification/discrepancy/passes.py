@@ -20,7 +20,9 @@ from identification.discrepancy.search import search
 from identification.discrepancy.verdict import drop_doubtful
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.physical.model import Model, name_of
+from identification.physical.predict import predict
 from identification.record import Record
+from identification.share import fair_shares
 
 Found = tuple[Search, list[Evidence], list[Evidence]]
 Report = Callable[[str], None]
@@ -46,7 +48,7 @@ def search_in_passes(
     report: Report,
     *,
     is_enough: Callable[[Model], bool] = lambda model: False,
-    share: Callable[[Model], Sequence[Record]] | None = None,
+    whole: Sequence[Record] | None = None,
 ) -> Passes:
     """Names that `base` is missing on `records` (compact), and the evidence for them. No further pass is made from a
     model that `is_enough`.
@@ -54,20 +56,20 @@ def search_in_passes(
     A doubtful name that is taken back leaves room for another, and a small effect hides in the error of form that a
     large one may have: the search is repeated with the names that stand as part of the base, until a pass finds none.
     What it finds within the tolerance of form counts where it closes nearly all that was left: a departure of form is
-    no other element. Each pass looks at the records that `share` gives for the model it starts from, as at those in
-    which the first model failed most an effect may be missing that acts elsewhere; by default at the same.
+    no other element. Each pass looks at the fair shares of the `whole` records in which the model it starts from fails
+    most: an effect may act elsewhere than where the first one failed. How far a form departs is judged on the whole.
     """
+    whole = records if whole is None else whole
     found, evidence, withheld = one_pass(given, base, (), (), records, held_out, report)
     latest, within, refused = found.names, None, _refused(found, withheld)
     while latest and len(found.names) < FORM.most_effects and not is_enough(found.fit.model):
-        if share is not None:
-            found, base, records = _elsewhere(found, base, records, share(found.fit.model))
+        found, base, records = _elsewhere(found, base, records, _share_again(whole, found.fit.model))
         if not is_seen(found.excess, records):
             break
         report(f"searching for more beside {len(found.names)}")
         more, new, doubtful = one_pass(found.fit.model, found.fit, found.names, refused, records, held_out, report)
         latest, refused = more.names, _refused(more, doubtful)
-        if latest and not gap_remains(found, records) and not _closes_the_rest(more, found, held_out):
+        if latest and not _gap_remains_on(whole, found, base) and not _closes_the_rest(more, found, held_out):
             within = None if _are_curves(more) else more
             break
         withheld = list({e.name: e for e in (*withheld, *doubtful)}.values())
@@ -79,6 +81,18 @@ def search_in_passes(
                 withheld = [*withheld, *doubtful]
     withheld = [e for e in withheld if e.name not in found.names]
     return Passes(found=found, evidence=evidence, withheld=withheld, within=within, base=base, records=records)
+
+
+def _share_again(whole: Sequence[Record], model: Model) -> list[Record]:
+    """The fair shares of the records in which a model fails most."""
+    return fair_shares(whole, [r.measured - predict(model, r)[0] for r in whole])
+
+
+def _gap_remains_on(whole: Sequence[Record], found: Search, base: Fit) -> bool:
+    """Whether a gap remains beyond the form of the names on the whole records: on pieces that were chosen for what is
+    left there, a departure of form is larger than it is."""
+    left, without = (excess_on(whole, model) for model in (found.fit.model, base.model))
+    return gap_remains(replace(found, excess=left, base_excess=without), whole)
 
 
 def _elsewhere(
@@ -101,7 +115,9 @@ def _closes_the_rest(more: Search, found: Search, held_out: Sequence[Record]) ->
 
 
 def _are_curves(more: Search) -> bool:
-    return any(more.fit.model.element(n).spec.curve is not None for n in more.names)
+    """Whether a name is a curve over velocity, a dry friction among them: that of another one may be off by as much."""
+    specs = [more.fit.model.element(n).spec for n in more.names]
+    return any(spec.curve is not None or spec.dry_friction for spec in specs)
 
 
 def one_pass(

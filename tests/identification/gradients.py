@@ -29,11 +29,11 @@ TYPICAL: dict[str, dict[str, float]] = {
     "eddy_current_damping": {"f_peak": 150, "w_peak": 0.15},
     "shim_stack_damping": {"q": 1.5e4, "f_open": 60, "c_shim": 1200, "f_blow": 220, "c_blow": 2000},
     "bouc_wen": {"alpha": 1e5, "A": 1, "n": 1.7, "beta": 1e4, "gamma": 1e4, "alpha_control": 2e4},
-    "coulomb_friction": {"f_c": 60, "w_r": 0.01},
-    "stribeck_friction": {"f_c": 50, "f_s": 90, "w_s": 0.05, "w_r": 0.01},
-    "presliding_friction": {"sigma": 4e4, "f_c": 80},
+    "coulomb_friction": {"f_c": 60, "w_r": 0.01, "beside_mount": 0},
+    "stribeck_friction": {"f_c": 50, "f_s": 90, "w_s": 0.05, "w_r": 0.01, "beside_mount": 0},
+    "presliding_friction": {"sigma": 4e4, "f_c": 80, "beside_mount": 0},
     "frequency_selective_damping": {"c": 500, "tau": 0.02},
-    "lugre_friction": {"sigma0": 4e4, "sigma1": 20, "f_c": 80, "f_s": 100, "w_s": 0.05},
+    "lugre_friction": {"sigma0": 4e4, "sigma1": 20, "f_c": 80, "f_s": 100, "w_s": 0.05, "beside_mount": 0},
     "modulated_tanh_hysteresis": {"alpha1": 1, "alpha2": 0.5, "alpha3": -50, "alpha4": 100, "alpha5": 80, "beta1": 20,
                                   "beta2": -0.4, "delta1": 0.2, "delta2": 0.4},
     "hysteretic_biviscous": {"c_po": 300, "c_pr": 3000, "f_y": 100, "f_y_control": 50, "v_0": 0.01},
@@ -70,7 +70,13 @@ TYPICAL: dict[str, dict[str, float]] = {
 
 
 def freed(e: Element) -> Element:
-    return Element(e.name, tuple(replace(p, fixed=False) for p in e.parameters))
+    pairs = zip(e.parameters, e.spec.parameters, strict=True)
+    return Element(e.name, tuple(replace(p, fixed=spec.switch) for p, spec in pairs))
+
+
+def continuous(model: Model) -> list[int]:
+    """Places of the parameters that are no switches."""
+    return [k for k, (e, own) in enumerate(model.slots()) if not e.spec.parameters[own].switch]
 
 
 def extrapolated(model: Model, k: int, inputs: Motion | None = None) -> Floats:

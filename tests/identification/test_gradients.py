@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model, element
 from identification.physical.simulate import simulate
-from tests.identification.gradients import TYPICAL, extrapolated, freed
+from tests.identification.gradients import TYPICAL, continuous, extrapolated, freed
 from tests.identification.motions import motion
 
 Floats = NDArray[np.float64]
@@ -36,7 +36,8 @@ def test_the_gradient_by_every_parameter_is_that_of_the_force(name: str, mounted
     model = Model(name="m", elements=(*BASE, freed(element(name, TYPICAL[name])), *mount))
     gradient = simulate(model, motion(), gradient=True).gradient
     assert gradient is not None
-    for k, full in enumerate(model.names()):
+    for k in continuous(model):
+        full = model.names()[k]
         if not full.startswith(f"{name}."):
             continue
         expected = extrapolated(model, k)
@@ -50,7 +51,7 @@ def test_memories_begin_with_the_sensitivity_of_their_steady_value() -> None:
         model = Model(name="m", elements=(freed(element(name, TYPICAL[name])),))
         gradient = simulate(model, motion(), gradient=True).gradient
         assert gradient is not None
-        for k in range(gradient.shape[1]):
+        for k in continuous(model):
             expected = extrapolated(model, k)
             assert gradient[:20, k] == pytest.approx(expected[:20], rel=1e-5, abs=1e-7 * np.abs(expected).max())
 
