@@ -264,8 +264,8 @@ def _fit_candidate(candidate: _Candidate, its: _Round) -> Trial | None:
         fits = _continue_fits(fits, its.records, BUDGET.fit_iterations) or fits
     if full:
         raw = min(fits, key=_merit)
-        for index, e in enumerate(raw.model.elements):
-            if e.spec.dry_friction and e.id != candidate.id:
+        if raw.model.element(candidate.id).spec.path == "mount":
+            for index in range(len(raw.model.elements)):  # what the others are behind is new
                 raw = beside_or_within(raw, index, its.records)
         fits.append(refine_curve(raw, raw.model.ids.index(candidate.id), its.records))
     with suppress(SimulationError):
