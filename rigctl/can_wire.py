@@ -227,11 +227,16 @@ class CanTransport:
         request = sdo.Sdo(kind=sdo.DOWNLOAD, address=table.CAPTURED_ADDRESS, value=word)
         self._sdo.pop(request.address, None)
         on_its_way = block is not None and block.sequence == self._unanswered
-        self._send([*([] if on_its_way else self._pack(block)), (frames.SDO_REQUEST, request.pack())])
+        pieces = [] if on_its_way else self._pack(block)
         self._unanswered = None if block is None else block.sequence
-        refused = not self._await_answer(block, request.address, min(ends, self._clock.now() + ACKNOWLEDGE_S))
-        if self._status is None or request.address not in self._sdo:
-            raise TransportTimeout(f"{self.url}: no answer before the deadline")
+        while True:
+            self._send([*pieces, (frames.SDO_REQUEST, request.pack())])
+            refused = not self._await_answer(block, request.address, min(ends, self._clock.now() + ACKNOWLEDGE_S))
+            if self._status is not None and request.address in self._sdo:
+                break
+            if self._clock.now() >= ends:
+                raise TransportTimeout(f"{self.url}: no answer before the deadline")
+            pieces = []  # on their way; a lost one is sent with the next call
         self._unanswered = None
         return self._reply(refused)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 from functools import partial
 from threading import Thread
 
@@ -89,7 +90,8 @@ class _Asked:
             await self._app(self._scope, body_first(self._first, _never), keep)
         except BaseException as raised:  # noqa: BLE001 - whatever it was, it is raised where the request came in
             error = raised
-        self._back.call(partial(self._tell, messages, error))
+        with suppress(RuntimeError):  # the loop that asked was closed meanwhile: nobody waits for the answer
+            self._back.call(partial(self._tell, messages, error))
 
     def _tell(self, messages: list[Message], error: BaseException | None) -> None:
         if self.answer.cancelled():

@@ -61,6 +61,11 @@ def _settled(course: Course) -> Course:
     return replace(part, motion=replace(part.motion, period=period, settle=1))
 
 
+def is_constant(low: float, high: float) -> bool:
+    """Whether a signal from its lowest to its highest value does not vary, but for rounding."""
+    return bool(high - low <= _VARIES * max(abs(low), abs(high)))
+
+
 def absent_signals(runs: Sequence[Run], courses: Sequence[Course]) -> list[str]:
     """Current and temperature, where they do not vary over the runs; raises DataError where only some runs have one."""
     return [channel for channel in ("current", "temperature") if not _varies(channel, runs, courses)]
@@ -72,7 +77,7 @@ def _varies(channel: str, runs: Sequence[Run], courses: Sequence[Course]) -> boo
     if not having:
         return False
     low, high = (f([f(getattr(one.motion, SIGNALS[channel])) for one in courses]) for f in (np.min, np.max))
-    if high - low <= _VARIES * max(abs(low), abs(high)):
+    if is_constant(low, high):
         return False
     if len(having) < len(runs):
         lacking = next(one for one in runs if channel not in one.channels)

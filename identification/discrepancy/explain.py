@@ -238,7 +238,7 @@ def _conclude(
         moves=result.found.moves,
         compared={name_of(n): _named_for_reader(result.found.compared[n]) for n in result.found.names},
         traces=tuple(traces),
-        notes=(*_notes(result, final, traces, findings), *_of_odd(odd, final, result)),
+        notes=(*_notes(given, result, final, traces, findings), *_of_odd(odd, final, result)),
     )
 
 
@@ -292,7 +292,9 @@ def _traces(record: Record, given: Model, base: Model, final: Model, *, held_out
     return Traces(record=record, as_given=as_given, refitted=refitted, final=named, held_out=held_out)
 
 
-def _notes(result: SearchResult, final: Model, traces: Sequence[Traces], findings: Sequence[str]) -> tuple[str, ...]:
+def _notes(
+    given: Model, result: SearchResult, final: Model, traces: Sequence[Traces], findings: Sequence[str]
+) -> tuple[str, ...]:
     """What the reader should know of the runs and of the model."""
     return (
         *far_as_given(traces),
@@ -302,7 +304,7 @@ def _notes(result: SearchResult, final: Model, traces: Sequence[Traces], finding
         *elsewhere(result.train, result.held),
         *findings,
         *finer(result.base.model, result.found.fit.model),
-        *beside_mount(final),
+        *beside_mount(given, final),
         *unnamed(result.base.model, final, result.names),
         *capped(result.evidence),
         *tared_apart(traces),

@@ -305,7 +305,8 @@ def repeat_trials(
     if own is not None and own.excess < state.excess - CHANCE.slack:  # it was in a worse local minimum
         state = replace(state, fit=own.fit, excess=own.excess)
     others = tuple(n for n in state.names if n != name)
-    now = _comparison(rest, others, found) if own is not None else replace(state.compared[name], without=rest)
+    now = _comparison(rest, others, found) if own is not None else state.compared[name]
+    now = replace(now, without=_least_without(state, name, rest))
     state = replace(state, compared={**state.compared, name: now})
     best = choose(found)
     if best is None or best.id == name or _is_far_behind(best, state) or not _is_better(best, name, found, state):
@@ -379,8 +380,7 @@ def fit_others(state: Search, name: str, records: Sequence[Record]) -> Fit | Non
     """
     rest = fit_without(state.fit, name, records)
     others = [n for n in state.names if n != name]
-    fewer = [b for b, _ in steps(state) if b.earlier == state.earlier and set(b.names) <= set(others)]
-    best = min(fewer, key=lambda b: b.excess, default=None)
+    best = _best_with_fewer(state, name)
     if rest is None or best is None or excess_of(rest) <= best.excess + CHANCE.slack:
         return rest
     model = best.fit.model
@@ -388,6 +388,20 @@ def fit_others(state: Search, name: str, records: Sequence[Record]) -> Fit | Non
         model = model.with_element(state.fit.model.element(more))
     again = best.fit if model is best.fit.model else _quick_fit(model, records)
     return min((f for f in (rest, again) if f is not None), key=excess_of)
+
+
+def _best_with_fewer(state: Search, name: str) -> Search | None:
+    """The step of the search that fits best with no name but others of those of `state`; None where it has none."""
+    others = {n for n in state.names if n != name}
+    fewer = [b for b, _ in steps(state) if b.earlier == state.earlier and set(b.names) <= others]
+    return min(fewer, key=lambda b: b.excess, default=None)
+
+
+def _least_without(state: Search, name: str, rest: Fit) -> Fit:
+    """What is missing without a name is no more than the search left with fewer names: the others may have no effect,
+    though no fit finds that, as of a play that alone would meet rigid contact."""
+    best = _best_with_fewer(state, name)
+    return rest if best is None or excess_of(rest) <= best.excess else best.fit
 
 
 def _quick_fit(model: Model, records: Sequence[Record]) -> Fit | None:

@@ -13,7 +13,7 @@ from identification.discrepancy.evidence import Evidence
 from identification.discrepancy.explanation import Traces
 from identification.errors import SimulationError
 from identification.physical.accuracy import numerical_error
-from identification.physical.beside import parts
+from identification.physical.beside import is_beside
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model, name_of
 from identification.record import Record
@@ -31,12 +31,15 @@ def finer(base: Model, fitted: Model) -> list[str]:
     ]
 
 
-def beside_mount(model: Model) -> list[str]:
-    """The elements that act between the ends and not behind what is in series with the core."""
-    _, beside = parts(model)
+def beside_mount(given: Model, final: Model) -> list[str]:
+    """The elements that act between the ends and not behind what is in series with the core, and those no longer."""
+    mounted = bool(final.on("mount"))
+    beside = [e for e in final.elements if mounted and is_beside(e)]
+    within = [e for e in final.elements if mounted and not is_beside(e)]
+    moved = [e for e in within if e.id in given.ids and is_beside(given.element(e.id))]
     return [
-        f"{e.spec.title} acts between the ends, beside what gives way there, as a rod seal does"
-        for e in (() if beside is None else beside.elements)
+        *(f"{e.spec.title} acts between the ends, beside what gives way there, as a rod seal does" for e in beside),
+        *(f"{e.spec.title} acts behind what gives way, and not beside it as it was given" for e in moved),
     ]
 
 

@@ -103,8 +103,8 @@ def _elsewhere(
         return found, base, records
     fit, base = fit_records(found.fit.model, others), fit_records(base.model, others)
     compared = {n: _beside(found.compared[n], fit, n, others) for n in found.names}
-    moved = replace(found, fit=fit, excess=excess_of(fit), base_excess=excess_of(base), compared=compared)
-    return moved, base, others
+    moved = replace(found, fit=fit, excess=excess_of(fit), base_excess=excess_of(base), compared=compared, before=None)
+    return moved, base, others  # without the steps of the search, which were of other records
 
 
 def _closes_the_rest(more: Search, found: Search, held_out: Sequence[Record]) -> bool:
@@ -161,7 +161,10 @@ def _judged(found: Search, records: Sequence[Record], held_out: Sequence[Record]
 
 def _together(found: Search, more: Search, records: Sequence[Record]) -> Search:
     """One search that has found the names of two, of which the second had the first ones in its base."""
-    earlier = {n: _beside(found.compared[n], more.fit, n, records) for n in found.names}
+    earlier = {
+        n: min(own, _beside(own, more.fit, n, records), key=lambda c: excess_of(c.without))
+        for n, own in ((n, found.compared[n]) for n in found.names)
+    }
     both = replace(
         more,
         names=(*found.names, *more.names),

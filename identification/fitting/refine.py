@@ -38,7 +38,9 @@ def refine_curve(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
 def beside_or_within(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     """The fit with one element beside the mount, or within it again, where that is clearly the better."""
     own, excess = fit.model.elements[index], fit.chi2 - fit.samples
-    for place in switches(own.spec) if fit.model.on("mount") else []:
+    if not fit.model.on("mount") or excess < CHANCE.at_noise * fit.samples:
+        return fit
+    for place in switches(own.spec):
         moved = _refitted(fit, index, switched(own, place).parameters, records)
         if moved.chi2 < fit.chi2 - max(CHANCE.slack, FORM.helps * excess):
             return moved

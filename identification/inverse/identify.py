@@ -13,7 +13,7 @@ from identification.blackbox.choose import Judged
 from identification.blackbox.given import Base, candidates_for, check_long_enough
 from identification.blackbox.model import BlackBox, check_rate
 from identification.blackbox.networks import networks
-from identification.blackbox.preparation import at_one_rate, course_of
+from identification.blackbox.preparation import at_one_rate, course_of, is_constant
 from identification.blackbox.samples import Course
 from identification.blackbox.structure import FORCE, MODEL, Structure
 from identification.compute.blas import one_blas_thread
@@ -35,7 +35,6 @@ Told = Callable[[float, str], None]
 # Share of its rms that the whole range of the current must change the force by for a sample to be learned from: near
 # the reversals the force says nothing about the current. Half and double: some more and some fewer of these samples.
 _TELLS = 0.1
-_VARIES = 1e-9  # of the highest current: rounding is no variation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,7 +142,7 @@ def inverse_runs(
 
 def _limits(courses: Sequence[Course]) -> Limits:
     low, high = (float(f([f(one.motion.i) for one in courses])) for f in (np.min, np.max))
-    if high - low <= _VARIES * max(abs(low), abs(high)):
+    if is_constant(low, high):
         raise DataError(f"current is {low:g} A in all runs: an inverse is learned from runs at two currents or more")
     return Limits(low, high)
 

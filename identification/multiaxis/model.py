@@ -70,12 +70,11 @@ class MultiAxis:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.rate_hz) and self.rate_hz > 0.0):
             raise ModelError(f"sample rate is {self.rate_hz:g} Hz: it must be above 0")
-        for name, load in self.loads.items():
-            if not np.all(np.isfinite(load.weights)):
-                raise ModelError(f"loads.{name}.weights must be finite numbers")
         if not self.loads:
             raise ModelError("loads is empty: a model gives at least one")
         for name, load in self.loads.items():
+            if not np.all(np.isfinite(load.weights)):
+                raise ModelError(f"loads.{name}.weights must be finite numbers")
             missing = set(scales_needed(load.axes, self.base)) - set(self.scales)
             if missing:
                 raise ModelError(f"signals.{min(missing)} is missing: {name} sees it")

@@ -28,14 +28,14 @@ def switched(e: Element, place: int) -> Element:
     return replace(e, parameters=(*e.parameters[:place], other, *e.parameters[place + 1 :]))
 
 
-def parts(model: Model) -> tuple[Model | None, Model | None]:
-    """The model without what acts beside its mount, and that alone; None where there is nothing of it.
+def parts(model: Model) -> tuple[Model, ...]:
+    """The model without what acts beside its mount, and that alone; the model itself where nothing does.
 
-    A core of which nothing is left passes no force on: then its mount carries none, and is in neither part.
+    A core of which nothing is left passes no force on: its mount carries none, and what acts beside it is all.
     """
     beside = tuple(e for e in model.on("core") if is_beside(e)) if model.on("mount") else ()
     if not beside:
-        return model, None
+        return (model,)
+    alone = replace(model, elements=beside)
     rest = tuple(e for e in model.elements if e not in beside)
-    carries = any(e.spec.path == "core" for e in rest)
-    return replace(model, elements=rest) if carries else None, replace(model, elements=beside)
+    return (replace(model, elements=rest), alone) if any(e.spec.path == "core" for e in rest) else (alone,)

@@ -163,14 +163,12 @@ def _tiled(response: Response, motion: Motion) -> Response:
 
 def _damper(model: Model, motion: Motion, wanted: Mask | None, substeps: int) -> Response:
     """Response of mount and core, and of what acts beside them; a gradient has the columns of the sensor too, zero."""
-    through, beside = parts(model)
-    if beside is None:
+    own_parts = parts(model)
+    if own_parts == (model,):
         return _one_part(model, motion, wanted, substeps)
     force, failures = np.zeros(motion.x.size), 0
     gradient = None if wanted is None else np.zeros((motion.x.size, int(wanted.sum())))
-    for part in (through, beside):
-        if part is None:
-            continue
+    for part in own_parts:
         owned = np.array([e.id in part.ids for e, _ in model.slots()], dtype=np.bool_)
         own = _one_part(part, motion, None if wanted is None else wanted[owned], substeps)
         force, failures = force + own.force, failures + own.failures

@@ -35,9 +35,9 @@ class PhysicalStepper:
         """The damper at the step `dt`, s, before its start; raises SimulationError where `dt` is none."""
         if not (np.isfinite(dt) and dt > 0.0):
             raise SimulationError(f"'{model.name}': the step is {dt:g} s: it must be above 0")
-        through, beside = parts(model)
-        self._beside = None if beside is None else PhysicalStepper(beside, dt)
-        core, mount = (through.on("core"), through.on("mount")) if through is not None else ((), ())
+        through, *beside = parts(model)
+        self._beside = [PhysicalStepper(one, dt) for one in beside]
+        core, mount = through.on("core"), through.on("mount")
         values = np.array([p.value for e in core for p in e.parameters])
         none = np.full(values.size, -1, dtype=np.int64)
         self._name, self._dt = model.name, dt
@@ -76,8 +76,8 @@ class PhysicalStepper:
         x, v, u, temperature, a, v_m = self._rows[:, :1]
         self._run(Drive(x, v, u, temperature, a, v_m, self._dt, np.zeros((0, 1))), fresh=True)
         self._space.carried.state[TOLERANCE] = _VELOCITY_TOLERANCE
-        if self._beside is not None:
-            self._beside.start(at)
+        for one in self._beside:
+            one.start(at)
         return self.force(at)
 
     def force(self, at: Moment) -> float:
@@ -88,12 +88,12 @@ class PhysicalStepper:
         force = self._run(self._drive, fresh=False)
         for part, kept in self._kept:
             part[:] = kept
-        return self._whole(force if self._beside is None else force + self._beside.force(at), at)
+        return self._whole(force + sum(one.force(at) for one in self._beside), at)
 
     def advance(self, at: Moment) -> float:
         """Go on to the next sample; the force there, N; raises SimulationError where it is not finite."""
         self._rows[:, 1] = self._column(at, self._current.advance(at.i))
-        beside = 0.0 if self._beside is None else self._beside.advance(at)
+        beside = sum(one.advance(at) for one in self._beside)
         force = self._whole(self._run(self._drive, fresh=False) + beside, at)
         self._highest = max(self._highest, self._rows[5, 1])
         self._rows[:, 0] = self._rows[:, 1]

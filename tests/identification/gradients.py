@@ -71,7 +71,7 @@ TYPICAL: dict[str, dict[str, float]] = {
 
 def freed(e: Element) -> Element:
     pairs = zip(e.parameters, e.spec.parameters, strict=True)
-    return Element(e.name, tuple(replace(p, fixed=spec.switch) for p, spec in pairs))
+    return Element(e.name, tuple(replace(p, fixed=bool(spec.switch)) for p, spec in pairs))
 
 
 def continuous(model: Model) -> list[int]:

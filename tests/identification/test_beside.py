@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from identification.discrepancy import explain
+from identification.discrepancy.notes import beside_mount
 from identification.errors import ModelError
 from identification.physical.model import Element, Model, element
 from identification.physical.modelfile import model_from_json, model_to_json
@@ -71,6 +72,23 @@ def test_from_sample_to_sample_it_is_what_it_is_along_the_motion(name: str) -> N
     force = model.force(INPUTS)
     late = slice(force.size // 2, force.size)
     assert np.max(np.abs(stepped(model, INPUTS) - force)[late]) <= 2e-3 * np.ptp(force)
+
+
+def test_from_sample_to_sample_a_mount_with_nothing_behind_it_carries_no_force() -> None:
+    bare = Model(name="m", elements=(friction("coulomb_friction"),))
+    behind = Model(name="m", elements=(BUSH, friction("coulomb_friction")))
+    assert np.array_equal(stepped(bare, INPUTS), stepped(behind, INPUTS))
+
+
+@pytest.mark.parametrize(
+    ("as_given", "now", "said"), [(0.0, 1.0, "beside what gives way"), (1.0, 0.0, "not beside it as it was given")]
+)
+def test_where_a_friction_acts_is_told_also_where_that_has_changed(as_given: float, now: float, said: str) -> None:
+    frictions = (friction("coulomb_friction", beside) for beside in (as_given, now))
+    given, final = (Model(name="m", elements=(BUSH, DASHPOT, one)) for one in frictions)
+    (note,) = beside_mount(given, final)
+    assert said in note
+    assert beside_mount(given, Model(name="m", elements=(DASHPOT, friction("coulomb_friction", now)))) == []
 
 
 def test_a_model_file_says_that_a_friction_is_beside_the_mount_and_nothing_where_it_is_not() -> None:

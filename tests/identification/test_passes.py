@@ -11,12 +11,14 @@ import pytest
 
 from identification.discrepancy.evidence import gather
 from identification.discrepancy.excess import excess_of
-from identification.discrepancy.naming import Search
+from identification.discrepancy.naming import Search, append_name, gap_remains
 from identification.discrepancy.passes import search_in_passes
+from identification.discrepancy.trials import trial_of
 from identification.fitting.leastsquares import fit_records
-from identification.physical.model import Model
+from identification.physical.model import Model, element
 from identification.record import Record, compact, record_from_run
 from rigctl.runfile import with_channel
+from tests.identification.ordinary import motion, recorded
 from tests.identification.specimens import AS_SIMULATED as BASE
 from tests.identification.specimens import found_with, records_with, run
 
@@ -106,3 +108,43 @@ def test_each_pass_looks_where_what_it_starts_from_fails_most(monkeypatch: pytes
     assert passes.found.excess == pytest.approx(excess_of(fitted))
     assert passes.found.base_excess == pytest.approx(excess_of(fit_records(BASE, elsewhere)))
     assert excess_of(passes.found.compared["force_offset"].without) > passes.found.excess
+
+
+def test_an_effect_that_acts_where_the_first_pass_has_not_looked_is_found() -> None:
+    runs = [run("end_stop", k, seed=3) for k in range(6)]
+    pushed = [with_channel(r, "force", r.channels["force"] + 60.0, "N") for r in runs]
+    records = [compact(record_from_run(r)) for r in pushed]
+    free, stopped = records[1:4], [records[k] for k in (0, 4, 5)]  # below and above the 20 mm at which it stops
+    base = fit_records(BASE, free)
+    blind = search_in_passes(BASE, base, free, free, str)
+    found = search_in_passes(BASE, base, free, stopped, str, whole=stopped)
+    assert set(blind.found.names) == {"force_offset"}
+    assert set(found.found.names) == {"force_offset", "end_stop"}
+
+
+def departing(seed: int) -> Record:
+    """20 s of a spring beside a dashpot that is a fifth stiffer for one of them: 0.2 % of its energy over the whole."""
+    t, x, v = motion(seed, 0.02, seconds=20.0)
+    stiffer = 1.0 + 0.2 * ((t > 9.0) & (t < 10.0))
+    return compact(record_from_run(recorded("spring", seed, x, 900.0 * v + 5000.0 * stiffer * x, noise=1.0)))
+
+
+def test_a_departure_of_form_is_no_larger_where_a_pass_has_looked_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = [departing(k) for k in range(4)]
+    dashpot = Model(name="m", elements=(element("viscous_damping", {"c": 800.0, "c_control": 0.0}, ("c_control",)),))
+    base = fit_records(dashpot, whole)
+    sprung = fit_records(base.model.with_element(element("linear_stiffness", {"k": 4000.0})), whole)
+    massed = fit_records(sprung.model.with_element(element("moving_mass", {"m": 0.1})), whole)
+    spring = trial_of(sprung, "linear_stiffness", base, whole, 1.0)
+    mass = trial_of(massed, "moving_mass", sprung, whole, 1.0)
+    bare = Search(fit=base, names=(), excess=excess_of(base), given=dashpot, base_excess=excess_of(base))
+    found = append_name(bare, spring, [spring])
+    more = replace(append_name(found, mass, [mass]), names=("moving_mass",), earlier=("linear_stiffness",))
+    told = Told((found, gather(found, whole, whole), []), (more, gather(more, whole, whole), []))
+    told.last = more
+    monkeypatch.setattr(PASSES, "one_pass", told)
+    passes = search_in_passes(dashpot, base, whole, whole, str, whole=whole)
+    assert sum(r.measured.size for r in passes.records) < 0.5 * sum(r.measured.size for r in whole)
+    assert gap_remains(passes.found, passes.records), "the case is one of pieces that were chosen for what is left"
+    assert passes.found.names == ("linear_stiffness",)
+    assert passes.within is more

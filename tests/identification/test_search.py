@@ -179,3 +179,19 @@ def test_what_was_refused_or_dropped_is_not_added_again(monkeypatch: pytest.Monk
     ):
         improved = naming.improve_once(state, records)
         assert (improved is not None and "moving_mass" in improved.names) == named
+
+
+def test_what_is_missing_without_a_name_is_no_more_than_the_search_left_without_both() -> None:
+    records, bare, found = first_trials()
+    mass = next(t for t in found if t.name == "moving_mass")
+    named = naming.add_name(bare, mass, found, records)
+    harmful = element("linear_stiffness", {"k": 4e4}, ("k",))  # alone it can only do harm, and no fit can move it
+    both = replace(
+        named, fit=fit_records(named.fit.model.with_element(harmful), records),
+        names=("moving_mass", "linear_stiffness"), before=bare,
+    )  # fmt: skip
+    rest = naming.fit_others(both, "moving_mass", records)
+    assert rest is not None
+    assert excess_of(rest) > 2.0 * bare.excess, "the case is one of a name that does harm alone"
+    tried = naming.repeat_trials(both, "moving_mass", records, trials=lambda *_, **__: [])
+    assert tried.compared["moving_mass"].without is bare.fit

@@ -23,12 +23,16 @@ def _range(parameter: ParameterSpec) -> str:
     return f"{low} … {high}"
 
 
+def _said(parameter: ParameterSpec) -> str:
+    """What shows a parameter, or what it means."""
+    if parameter.switch:
+        return f"1: {parameter.switch}"
+    return "of each run" if parameter.of_run else f"shown by {parameter.remedy.value}"
+
+
 def element_text(spec: ElementSpec) -> str:
     """Equation, parameters with unit, range and the test that shows each, what it needs, and how it is written."""
-    rows = [
-        (f"  {p.name}", p.unit or "1", _range(p), f"shown by {p.remedy.value}" if not p.of_run else "of each run")
-        for p in spec.parameters
-    ]
+    rows = [(f"  {p.name}", p.unit or "1", "0 or 1" if p.switch else _range(p), _said(p)) for p in spec.parameters]
     needs = [
         *(["a control current"] if spec.needs_current else []),
         *(["a temperature that varies"] if spec.needs_temperature else []),

@@ -27,7 +27,10 @@ if TYPE_CHECKING:
 _BUILD_UP = ParameterSpec("w_r", "m/s", default=0.0, refinement=True)
 # A rod seal slides between the ends of a damper, also where its oil or its gas gives way; what is behind a bush slides
 # by less than these.
-BESIDE_MOUNT = ParameterSpec("beside_mount", "–", high=1.0, constant=0.0, default=0.0, refinement=True, switch=True)
+BESIDE_MOUNT = ParameterSpec(
+    "beside_mount", "–", high=1.0, constant=0.0, default=0.0, refinement=True,
+    switch="it slides between the ends, beside the mount",
+)  # fmt: skip
 
 
 def _stribeck_starts(s: Scales) -> Sequence[Values]:

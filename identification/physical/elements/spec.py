@@ -130,7 +130,7 @@ class ParameterSpec:
     high_is_meant: bool = False  # the same of the upper bound and limit alone
     limits: Limits | None = None  # of the search: a shape outside of what the data span can't be seen in them
     remedy: Remedy = Remedy.ANY  # what lets it be seen
-    switch: bool = False  # 0 or 1: a fit is made with either, and never moves it
+    switch: str = ""  # of what is 0 or 1: what 1 means; a fit is made with either, and never moves it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
