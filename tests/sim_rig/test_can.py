@@ -22,7 +22,7 @@ from rigctl import sdo
 from rigctl.address import CanAddress, can_address, connect, open_bus
 from rigctl.can_wire import CanTransport
 from rigctl.device import Control, Fault, RigState
-from rigctl.errors import IdentityError, LimitError, TransportError, UrlError
+from rigctl.errors import IdentityError, LimitError, TransportError, TransportTimeout, UrlError
 from rigctl.loopback_can import LoopbackBus
 from rigctl.player import PlayerSettings, play
 from rigctl.runfile import read_run
@@ -110,6 +110,37 @@ def test_damaged_set_points_are_sent_again_and_never_played(
     assert (run.status, run.samples) == ("complete", 600)
     assert b.rig.crc_errors > 0
     assert np.max(np.abs(np.concatenate(b.plant.commands))) < 0.0101
+    bus.shutdown()
+
+
+@pytest.mark.parametrize("fd", [False, True])
+def test_a_call_asks_again_until_its_deadline_where_the_first_answers_are_lost(
+    bench: Callable[..., Any], fd: bool
+) -> None:
+    b = bench(speed=20.0)
+    losing = 0
+
+    def spoil(number: int, data: bytes) -> list[bytes]:
+        nonlocal losing
+        if number == frames.SDO_ANSWER and losing:
+            losing -= 1
+            return []
+        return [data]
+
+    bus = BadBus(CanDevice(b.rig, b.clock.now, fd=fd), b.clock, b.rig, spoil=spoil)
+    wire = CanTransport("can://bad/1", lambda: bus, fd=fd, clock=b.clock)
+    wire.claim(1.0)
+    wire.command(Control.HOLD, 7, 1.0)
+    still = np.zeros(wire.block_samples)
+    block = SetpointBlock(run_id=7, sequence=0, displacement_m=still, current_a=still, end_of_stream=False)
+    losing = 2
+    reply = wire.exchange(block, 7, 0, 1.0)
+    assert (reply.last_accepted, reply.refused, losing) == (0, False, 0)
+    losing = 10**9
+    began = b.clock.now()
+    with pytest.raises(TransportTimeout):
+        wire.exchange(None, 7, 0, 0.5)
+    assert b.clock.now() - began == pytest.approx(0.5, abs=0.02)
     bus.shutdown()
 
 
