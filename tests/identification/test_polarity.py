@@ -1,0 +1,64 @@
+"""Which signs are refused: a force upside down, and not one that is late."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from identification.discrepancy import explain
+from identification.discrepancy.checks import check_model
+from identification.errors import DataError
+from identification.physical.model import Model, element
+from identification.record import Record, record_from_run
+from rigctl.runfile import Run, with_channel
+from tests.identification.ordinary import RATE, motion, recorded
+
+DASHPOT = element("viscous_damping", {"c": 30.0, "c_control": 0.0}, ("c_control",))
+SPRING = element("linear_stiffness", {"k": 4000.0})
+MASS = element("moving_mass", {"m": 2.0})
+OSCILLATOR = Model(name="oscillator", elements=(SPRING, DASHPOT, MASS))
+BUSH = Model(name="bush", elements=(SPRING, DASHPOT))
+
+
+def late_sensor(hz: float, seed: int) -> Run:
+    """A driven oscillator of 7 Hz over one sine; its displacement passes a low-pass of 12 Hz."""
+    turn = 2.0 * np.pi * hz
+    t = np.arange(round(4.0 * RATE)) / RATE
+    x, v = 0.01 * np.sin(turn * t), 0.01 * turn * np.cos(turn * t)
+    seen = 0.01 * np.imag(np.exp(1j * turn * t) / (1.0 + 1j * hz / 12.0))
+    return recorded("oscillator", seed, seen, 4000.0 * x + 30.0 * v - 2.0 * turn**2 * x, noise=0.1)
+
+
+def bush(seed: int, sign: float) -> Run:
+    _, x, v = motion(seed, 0.01)
+    return recorded("bush", seed, x, sign * (4000.0 * x + 30.0 * v), noise=0.5)
+
+
+def records(*runs: Run) -> list[Record]:
+    return [record_from_run(r) for r in runs]
+
+
+def test_a_late_sensor_beside_a_mass_is_no_reversed_sign() -> None:
+    runs = records(late_sensor(6.9, 0), late_sensor(30.0, 1))
+    work = [np.corrcoef(r.motion.v[r.window], r.measured)[0, 1] for r in runs]
+    assert work[0] > 0.3
+    assert work[1] < -0.3, "the case is one in which a run works with the motion"
+    check_model(OSCILLATOR, runs)
+
+
+@pytest.mark.parametrize("turned", [(0,), (1,), (0, 1)])
+def test_a_spring_that_is_upside_down_is_refused_by_the_name_of_its_run(turned: tuple[int, ...]) -> None:
+    runs = [bush(k, -1.0 if k in turned else 1.0) for k in range(2)]
+    with pytest.raises(DataError, match=f"bush-{turned[0]}: the measured force falls as the displacement rises"):
+        explain(BUSH, runs)
+    explain(
+        BUSH, [with_channel(r, "force", -r.channels["force"], "N") if k in turned else r for k, r in enumerate(runs)]
+    )
+
+
+def test_a_mass_is_no_spring_that_is_upside_down() -> None:
+    _, x, _ = motion(0, 0.01)
+    a = np.gradient(np.gradient(x, 1.0 / RATE), 1.0 / RATE)
+    heavy = recorded("heavy", 0, x, 40.0 * a + 100.0 * x, noise=0.5)
+    assert np.corrcoef(heavy.channels["displacement"], heavy.channels["force"])[0, 1] < -0.3
+    check_model(BUSH, records(heavy))
