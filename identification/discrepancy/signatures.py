@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from identification.compute import run
 from identification.criteria import CHANCE
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import evaluate, free_parameters
+from identification.fitting.leastsquares import at_bound, evaluate, free_parameters
 from identification.physical.model import Element, Model
 from identification.physical.predict import predict
 from identification.record import Record
@@ -44,12 +44,18 @@ class Signature:
 
 
 def tangent(model: Model, records: Sequence[Record]) -> Tangent:
-    """Whitened residual and tangent space of a fitted model."""
+    """Whitened residual and tangent space of a fitted model, without what only a step beyond a bound would absorb.
+
+    Of a late force above a spring a refit would make a dashpot below zero, which there is not.
+    """
     free = free_parameters(model, records)
     here = evaluate(model, records, free)
     weights = tuple(1.0 / r.sigma for r in records)
     jacobian = _stack(here.gradients, weights)
     residual = _stack_one(here.residuals, weights)
+    low, high = (b[free] for b in model.bounds())
+    stopped = at_bound(model.values()[free], jacobian.T @ residual, low=low, high=high)
+    jacobian = jacobian[:, ~stopped]
     base = tuple(r.measured - e for r, e in zip(records, here.residuals, strict=True))
     return Tangent(residual, orthonormal(jacobian), weights, base)
 

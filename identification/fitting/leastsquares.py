@@ -177,10 +177,14 @@ def _normal(evaluation: Evaluation, weights: Sequence[float], robust: float | No
     return gram, slope
 
 
+def at_bound(theta: Floats, slope: Floats, *, low: Floats, high: Floats) -> Mask:
+    """Which parameters (K,) are on a bound and would leave it where the misfit falls along `slope`."""
+    return ((theta <= low) & (slope < 0.0)) | ((theta >= high) & (slope > 0.0))
+
+
 def _bounded_step(theta: Floats, gram: Floats, slope: Floats, damping: float, *, low: Floats, high: Floats) -> Floats:
     """Damped Gauss–Newton step within the bounds: parameters that would leave them are held."""
-    active = ((theta <= low) & (slope < 0.0)) | ((theta >= high) & (slope > 0.0))
-    move = ~active & (np.diag(gram) > _UNSEEN)
+    move = ~at_bound(theta, slope, low=low, high=high) & (np.diag(gram) > _UNSEEN)
     step = np.zeros_like(theta)
     if np.any(move):
         scale = np.sqrt(np.diag(gram)[move])

@@ -62,3 +62,15 @@ def test_a_mass_is_no_spring_that_is_upside_down() -> None:
     heavy = recorded("heavy", 0, x, 40.0 * a + 100.0 * x, noise=0.5)
     assert np.corrcoef(heavy.channels["displacement"], heavy.channels["force"])[0, 1] < -0.3
     check_model(BUSH, records(heavy))
+
+
+def test_a_late_force_above_a_spring_is_named_though_a_dashpot_below_zero_would_do_the_same() -> None:
+    runs = []
+    for k, (amplitude, hz) in enumerate([(0.0115, 0.5), (0.0185, 2.8), (0.008, 1.4)]):
+        turn = 2.0 * np.pi * hz * np.arange(round(6.0 * RATE)) / RATE
+        runs.append(
+            recorded("soft", k, amplitude * np.sin(turn), 9e4 * amplitude * np.sin(turn - 0.12 * hz), noise=4.0)
+        )
+    found = explain(BUSH.with_element(element("linear_stiffness", {"k": 9e4})), runs)
+    assert set(found.compared) == {"force_delay"}
+    assert found.model.element("force_delay").value("tau") == pytest.approx(0.12 / (2.0 * np.pi), rel=0.02)
