@@ -22,18 +22,26 @@ Outcome = dict[str, Any]  # Any: a line of JSON
 def judge(kind: str, seed: int, conditions: Conditions = STANDARD) -> Outcome:
     """Draw the case, explain it, and compare; the answer is one line of JSON."""
     hidden = case(seed, kind, conditions)
-    outcome: Outcome = {
-        "kind": kind, "seed": seed, "runs": conditions.runs, "true": sorted(hidden.effects),
-        "family": hidden.detail.get("family"), "unknown": hidden.detail.get("unknown"),
-        "excess": hidden.excess, "mismatch": hidden.mismatch,
-    }  # fmt: skip
     begun, busy = time.perf_counter(), time.process_time()
+    found: Explanation | IdentificationError
     try:
         found = explain(model_from_json(hidden.base_model), hidden.runs, hidden.held_out)
     except IdentificationError as error:
-        return {**outcome, "error": str(error)}
+        found = error
     times = {"seconds": time.perf_counter() - begun, "cpu_seconds": time.process_time() - busy}
-    return {**outcome, **answer(found), **times, "against_truth": _against_truth(found, hidden)}
+    told = {"kind": kind, "seed": seed, "runs": conditions.runs, **compared(hidden, found)}
+    return told if isinstance(found, IdentificationError) else {**told, **times}
+
+
+def compared(hidden: Case, found: Explanation | IdentificationError) -> Outcome:
+    """What was found in a case, or why nothing was, beside what is hidden in it."""
+    truth: Outcome = {
+        "true": sorted(hidden.effects), "family": hidden.detail.get("family"), "unknown": hidden.detail.get("unknown"),
+        "excess": hidden.excess, "mismatch": hidden.mismatch,
+    }  # fmt: skip
+    if isinstance(found, IdentificationError):
+        return {**truth, "error": str(found)}
+    return {**truth, **answer(found), "against_truth": _against_truth(found, hidden)}
 
 
 def answer(found: Explanation) -> Outcome:

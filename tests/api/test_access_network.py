@@ -274,10 +274,12 @@ def test_over_tls_cookies_are_secure_and_idle_sockets_keep_nobody_out(
         assert client.get("/v1/session").json()["name"] == "Anna"
         for _ in range(150):
             stack.enter_context(socket.create_connection(address(child)))  # and no handshake
-        begun = time.monotonic()
-        own = {"origin": child.url}
-        assert client.post(f"/v1/campaigns/{NOBODY}/stop", headers=own).status_code == 404
-        assert time.monotonic() - begun < 1.0
+        took_s, own = [], {"origin": child.url}
+        for _ in range(5):
+            begun = time.monotonic()
+            assert client.post(f"/v1/campaigns/{NOBODY}/stop", headers=own).status_code == 404
+            took_s.append(time.monotonic() - begun)
+        assert min(took_s) < 1.0  # the others may wait for a busy computer, not for handshakes
         with (
             socket.create_connection(address(child)) as peer,
             trusted.wrap_socket(peer, server_hostname="localhost") as inside,

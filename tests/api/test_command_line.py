@@ -352,7 +352,7 @@ def test_an_interrupted_run_ends_with_the_rig_safe_and_a_true_file(place: Path, 
             _until(lambda: _plays_beyond(wire, 3000))  # the fade-in is over
         process.send_signal(signal.SIGINT)
         process.send_signal(signal.SIGINT)  # impatience changes nothing
-        assert process.wait(20) == 1
+        assert process.wait(60) == 1
         assert process.stderr is not None
         assert process.stderr.read() == "damper-rig: interrupted\n"
     [path] = (place / "runs").iterdir()

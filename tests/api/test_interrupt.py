@@ -42,7 +42,7 @@ def test_an_interruption_that_a_library_suppresses_is_raised_again_and_more_sign
                 break
             seen = line.strip()
         assert seen == "clean"
-        assert process.wait(20) == 0
+        assert process.wait(60) == 0
 
 
 IMPATIENT = """

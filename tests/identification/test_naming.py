@@ -117,7 +117,7 @@ def test_names_with_which_unseen_runs_are_worse_than_with_the_base_are_taken_bac
 
 
 def test_of_names_that_leave_a_part_each_that_closes_much_stays() -> None:
-    runs = [run("moving_mass", k, seed=3) for k in (0, 1, 2, 4)]
+    runs = [run("moving_mass", k, seed=3) for k in (0, 2)]
     rub = [14.0 * np.sin(2 * np.pi * r.channels["displacement"] / 0.004) for r in runs]  # of which nothing is known
     forces = [r.channels["force"] + 4000.0 * r.channels["displacement"] + e for r, e in zip(runs, rub, strict=True)]
     records = [compact(record_from_run(with_channel(r, "force", f, "N"))) for r, f in zip(runs, forces, strict=True)]
@@ -130,7 +130,7 @@ def test_of_names_that_leave_a_part_each_that_closes_much_stays() -> None:
 
 
 def test_a_search_that_leads_no_further_goes_on_from_the_better_fit_it_had_passed_over() -> None:
-    runs = [run("moving_mass", k, seed=3) for k in (0, 1, 2, 4)]
+    runs = [run("moving_mass", k, seed=3) for k in (0, 2)]
     runs = [with_channel(r, "force", r.channels["force"] + 2e4 * r.channels["displacement"], "N") for r in runs]
     records = [compact(record_from_run(r)) for r in runs]
     base = fit_records(BASE, records)

@@ -112,10 +112,10 @@ class Bench:
             self.rig.claim(12345 + self.own.number)
             self.own = Session(number=self.rig.master.session)
 
-    def wait(self, seconds: float) -> None:
+    def wait(self, seconds: float, step_s: float = 0.005) -> None:
         """Advance time without a host."""
-        for _ in range(round(seconds / 0.005)):
-            self.clock.sleep(0.005)
+        for _ in range(round(seconds / step_s)):
+            self.clock.sleep(step_s)
             self.rig.tick()
 
 
