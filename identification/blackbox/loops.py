@@ -98,7 +98,8 @@ def _regressor(i, t, fed, delays, inputs, since, measured, y):
 def polynomial(coefficients, table, delays, inputs, since, measured, limits, phi, y):
     """Simulates y(t) = Σ_k c_k·Π_d φ[table[k, d]] from sample to sample, into `y` (N,); see `simulate`.
 
-    `phi` (R + 1,) is working space whose last entry is 1.
+    `limits`: the lowest and the highest force, then those between which a past force is seen. `phi` (R + 1,) is
+    working space whose last entry is 1.
     """
     fed, m = delays.size, inputs.shape[1]
     for t in range(y.size):
@@ -107,7 +108,9 @@ def polynomial(coefficients, table, delays, inputs, since, measured, limits, phi
             continue
         for i in range(fed):
             p = t - delays[i]
-            phi[i] = y[p] if p >= since[t] else measured[p]
+            s = y[p] if p >= since[t] else measured[p]
+            s = s if s > limits[2] else limits[2]
+            phi[i] = s if s < limits[3] else limits[3]
         for i in range(m):
             phi[fed + i] = inputs[t, i]
         s = 0.0

@@ -15,7 +15,7 @@ from identification.blackbox.memory import remembered
 from identification.blackbox.model import check_rate
 from identification.blackbox.outside import added_outside
 from identification.blackbox.samples import Course, Samples, course_along, samples_of
-from identification.blackbox.scaling import Scales
+from identification.blackbox.scaling import Scale, Scales
 from identification.blackbox.structure import FORCE, Structure
 from identification.errors import ModelError
 from identification.models.motion import Motion
@@ -80,7 +80,11 @@ def ranked(columns: Floats, y: Floats, terms: Sequence[Term], count: int) -> lis
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PolynomialNarx:
-    """F(t) = Σ_k c_k·Π φ over the regressors of each term, all scaled, fed back in free run and cut at its edges."""
+    """F(t) = Σ_k c_k·Π φ over the regressors of each term, all scaled, fed back in free run and cut at its edges.
+
+    A past force is seen no lower and no higher than any of the training. Beyond, its powers grow and nothing was fitted to
+    them: a free run that is there for a moment could stay at an edge for ever.
+    """
 
     name: str
     dt: float
@@ -153,9 +157,8 @@ class PolynomialNarx:
         return self.band.half_width(np.zeros(motion.x.size), level, added_outside(self, motion))
 
     def memory(self, course: Course) -> float:
-        """How long it remembers its start along a course, s, from the lowest and the highest force; may be infinite."""
-        one, other = (self._from_lead(course, before) for before in self.scales[FORCE].edges)
-        return remembered(one, other, self.scales[FORCE].size) * self.dt
+        """How long it remembers its start along a course, s, from the lowest to the highest force; may be infinite."""
+        return remembered(lambda before: self._from_lead(course, before), self.scales[FORCE]) * self.dt
 
     def along(self, course: Course) -> Floats:
         """The same along a course, of which the force is not used."""
@@ -166,22 +169,22 @@ class PolynomialNarx:
         check_rate(self.name, self.dt, course.motion.dt)
         samples = samples_of([course.whole()], self.structure, self.scales)
         samples.force[: self.structure.longest] = before
-        scaled = simulated(self.structure, self.terms, self.coefficients, samples, self.scales[FORCE].edges)
+        scaled = simulated(self.structure, self.terms, self.coefficients, samples, self.scales[FORCE])
         force = self.scales[FORCE]
         return np.asarray(scaled[self.structure.longest :] * force.size + force.centre)
 
 
 def simulated(
-    structure: Structure, terms: Sequence[Term], coefficients: Floats, samples: Samples, edges: tuple[float, float]
+    structure: Structure, terms: Sequence[Term], coefficients: Floats, samples: Samples, scale: Scale
 ) -> Floats:
-    """The scaled force of a polynomial in free run, (N,), cut at the edges."""
+    """The scaled force of a polynomial in free run, (N,), cut at the edges of the scale of the force."""
     force = np.empty(samples.force.size)
-    prepared(structure, terms, coefficients, samples, edges)(force)
+    prepared(structure, terms, coefficients, samples, scale)(force)
     return force
 
 
 def prepared(
-    structure: Structure, terms: Sequence[Term], coefficients: Floats, samples: Samples, edges: tuple[float, float]
+    structure: Structure, terms: Sequence[Term], coefficients: Floats, samples: Samples, scale: Scale
 ) -> Callable[[Floats], None]:
     """The loop on some samples: it fills the scaled force (N,) from what the samples hold when it is called."""
     from identification.blackbox.loops import polynomial  # compiled where it is used
@@ -192,7 +195,7 @@ def prepared(
     for k, term in enumerate(terms):
         table[k, : len(term)] = term
     phi = np.ones(len(structure.regressors) + 1)
-    delays, limits = np.array(structure.fed_back, dtype=np.int64), np.array(edges)
+    delays, limits = np.array(structure.fed_back, dtype=np.int64), np.array([*scale.edges, *scale.trained])
 
     def run(force: Floats) -> None:
         polynomial(coefficients, table, delays, samples.inputs, samples.begin, samples.force, limits, phi, force)

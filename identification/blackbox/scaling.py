@@ -57,6 +57,11 @@ class Scale:
         margin = MARGIN * (self.high - self.low)
         return self.scaled(self.low - margin), self.scaled(self.high + margin)
 
+    @property
+    def trained(self) -> tuple[float, float]:
+        """The lowest and the highest scaled value of the training."""
+        return self.scaled(self.low), self.scaled(self.high)
+
     def scaled(self, value: float) -> float:
         """A value as the network sees it."""
         return (value - self.centre) / self.size

@@ -143,10 +143,9 @@ def blackbox_stepper(model: BlackBox, dt: float) -> BlackBoxStepper:
 
 def polynomial_stepper(model: PolynomialNarx, dt: float) -> BlackBoxStepper:
     """A polynomial from sample to sample; raises SimulationError where `dt` is not the interval of its training."""
-    edges = model.scales[FORCE].edges
 
     def loop(samples: Samples) -> Callable[[Floats], None]:
-        return prepared(model.structure, model.terms, model.coefficients, samples, edges)
+        return prepared(model.structure, model.terms, model.coefficients, samples, model.scales[FORCE])
 
     lines = [_Lines(model.structure, model.scales, loop)]
     return BlackBoxStepper(model.name, model.dt, dt, model.scales, lines)

@@ -17,12 +17,14 @@ from identification.blackbox import Identified, PolynomialNarx, Structure, ident
 from identification.blackbox.polynomial import products, ranked, terms_of
 from identification.blackbox.polynomialfile import polynomial_to_json
 from identification.blackbox.preparation import course_of
+from identification.blackbox.samples import course_along
 from identification.blackbox.scaling import MARGIN
 from identification.blackbox.terms import first_that_forgets
 from identification.blackbox.training import scales_of
 from identification.errors import ModelFileError
-from identification.models import load_model, motion_of
+from identification.models import load_model, motion_from, motion_of
 from tests.identification.hysteretic import hysteretic
+from tests.identification.random_black_boxes import DT, SCALES
 
 
 @cache
@@ -79,6 +81,24 @@ def test_the_first_polynomial_that_forgets_its_start_is_taken() -> None:
     assert first_that_forgets([sums, forgets, lags], [course]) == 1
     assert first_that_forgets([lags, sums], [course]) == 0
     assert first_that_forgets([sums, sums], [course]) is None
+
+
+def of_force(*coefficients: float) -> PolynomialNarx:
+    """F(t) = Σ_k c_k·F(t − 1)ᵏ, k = 1, 2, 3, of a force scaled by a third of the highest trained one."""
+    structure, terms = Structure(regressors("F1 v0"), 0), ((0,), (0, 0), (0, 0, 0))
+    return PolynomialNarx(
+        name="", dt=DT, scales=SCALES, structure=structure, terms=terms, coefficients=np.array(coefficients)
+    )
+
+
+def test_a_free_run_that_is_beyond_every_trained_force_comes_back() -> None:
+    course = course_along(motion_from(np.linspace(0.0, 0.01, 400), 1.0 / DT))
+    assert of_force(0.2, 0.0, 0.05).memory(course) < 20 * DT  # at twice the trained force it grows, within it falls
+
+
+def test_a_free_run_that_stays_where_no_other_start_leads_never_forgets() -> None:
+    course = course_along(motion_from(np.linspace(0.0, 0.01, 400), 1.0 / DT))
+    assert of_force(0.0, 0.5, 0.0).memory(course) == math.inf  # from both edges to the highest force, from 0 to 0
 
 
 @given(
