@@ -82,8 +82,8 @@ def ranked(columns: Floats, y: Floats, terms: Sequence[Term], count: int) -> lis
 class PolynomialNarx:
     """F(t) = Σ_k c_k·Π φ over the regressors of each term, all scaled, fed back in free run and cut at its edges.
 
-    A past force is seen no lower and no higher than any of the training. Beyond, its powers grow and nothing was fitted to
-    them: a free run that is there for a moment could stay at an edge for ever.
+    A past force is seen no lower and no higher than any of the training. Beyond, its powers grow and nothing was
+    fitted to them: a free run that is there for a moment could stay at an edge for ever.
     """
 
     name: str
