@@ -15,7 +15,7 @@ from identification.blackbox.model import check_rate
 from identification.blackbox.network import network
 from identification.blackbox.polynomial import PolynomialNarx, prepared
 from identification.blackbox.samples import LEAD, Samples
-from identification.blackbox.scaling import MARGIN, Scales
+from identification.blackbox.scaling import LARGEST, MARGIN, Scales
 from identification.blackbox.stops import LIMITS, stopped_once
 from identification.blackbox.structure import FORCE, MODEL, SYMBOLS, Structure
 from identification.models.stepping import Moment, Stepper
@@ -156,6 +156,11 @@ def _loop_of(member: Member, scales: Scales) -> Callable[[Samples], Callable[[Fl
     return lambda samples: found.prepared(member.weights, samples, None).simulate
 
 
+def _cut(force: float) -> float:
+    """The force of a base as a hybrid takes it: within what a machine can have."""
+    return min(max(force, -LARGEST), LARGEST)
+
+
 class HybridStepper:
     """F = F_base + w·F_rest from sample to sample."""
 
@@ -170,15 +175,15 @@ class HybridStepper:
 
     def start(self, at: Moment) -> float:
         """Begin at a moment that has lasted; the force there, N."""
-        base = self._base.start(at)
+        base = _cut(self._base.start(at))
         return base + self._model.weight(at) * self._rest.start(at, base)
 
     def force(self, at: Moment) -> float:
         """The force if `at` were the next sample, N: nothing is kept."""
-        base = self._base.force(at)
+        base = _cut(self._base.force(at))
         return base + self._model.weight(at) * self._rest.force(at, base)
 
     def advance(self, at: Moment) -> float:
         """Go on to the next sample; the force there, N."""
-        base = self._base.advance(at)
+        base = _cut(self._base.advance(at))
         return base + self._model.weight(at) * self._rest.advance(at, base)
