@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from identification.blackbox.model import check_rate
 from identification.blackbox.network import network
-from identification.blackbox.polynomial import PolynomialNarx, prepared
+from identification.blackbox.polynomial import PolynomialNarx
 from identification.blackbox.samples import LEAD, Samples
 from identification.blackbox.scaling import LARGEST, MARGIN, Scales
 from identification.blackbox.stops import LIMITS, stopped_once
@@ -144,10 +144,7 @@ def blackbox_stepper(model: BlackBox, dt: float) -> BlackBoxStepper:
 def polynomial_stepper(model: PolynomialNarx, dt: float) -> BlackBoxStepper:
     """A polynomial from sample to sample; raises SimulationError where `dt` is not the interval of its training."""
 
-    def loop(samples: Samples) -> Callable[[Floats], None]:
-        return prepared(model.structure, model.terms, model.coefficients, samples, model.scales[FORCE])
-
-    lines = [_Lines(model.structure, model.scales, loop)]
+    lines = [_Lines(model.structure, model.scales, model.prepared)]
     return BlackBoxStepper(model.name, model.dt, dt, model.scales, lines)
 
 
