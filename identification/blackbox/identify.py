@@ -22,7 +22,7 @@ from identification.blackbox.polynomial import PolynomialNarx
 from identification.blackbox.recipes import NODES, RECIPES
 from identification.blackbox.samples import Course
 from identification.blackbox.structure import Structure
-from identification.blackbox.terms import first_that_forgets, judge_polynomials, left_out, on_all
+from identification.blackbox.terms import first_that_forgets, judge_polynomials, left_out, on_all, within
 from identification.compute.blas import one_blas_thread
 from identification.models.band import covered, half_width_of
 from identification.models.measures import score_signals
@@ -133,7 +133,7 @@ def _polynomial(
     )
     whole = (on_all(one, courses, scales, dt) for one, _ in judged[:_PASSED_OVER])
     best = judged.pop(first_that_forgets(whole, courses) or 0)
-    model = on_all(best[0], courses, scales, dt)
+    model = within(on_all(best[0], courses, scales, dt), courses)
     parts = left_out(best[0], courses, scales, dt)
     ordered = [Judged(one, error) for one, error in (best, *judged)]
     return replace(model, band=band_of(parts)), ordered, coverage_of(parts)

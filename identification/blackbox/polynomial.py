@@ -82,10 +82,10 @@ def ranked(columns: Floats, y: Floats, terms: Sequence[Term], count: int) -> lis
 class PolynomialNarx:
     """F(t) = Σ_k c_k·Π φ over the regressors of each term, all scaled, fed back in free run and cut at its edges.
 
-    A past force is seen no lower and no higher than any of the training, and not farther from the one after it than
-    `steps` allow, the lowest and the highest change, N, from a sample to the next; None: any. Beyond, its powers grow
-    and nothing was fitted to them: a free run that is there for a moment could stay at an edge for ever, or go to and
-    fro between both.
+    With `steps`, the lowest and the highest change of the force in training from a sample to the next, N, a past force
+    is seen no lower and no higher than any of the training, and not farther from the one after it than they allow.
+    Beyond, its powers grow and nothing was fitted to them: a free run that is there for a moment could stay at an edge
+    for ever, or go to and fro between both. None: seen as it is.
     """
 
     name: str
@@ -180,11 +180,10 @@ class PolynomialNarx:
             table[k, : len(term)] = term
         phi = np.ones(len(self.structure.regressors) + 1)
         scale = self.scales[FORCE]
-        steps = (-np.inf, np.inf) if self.steps is None else (one / scale.size for one in self.steps)
-        delays, limits = (
-            np.array(self.structure.fed_back, dtype=np.int64),
-            np.array([*scale.edges, *scale.trained, *steps]),
-        )
+        seen = (-np.inf, np.inf, -np.inf, np.inf)
+        if self.steps is not None:
+            seen = (*scale.trained, self.steps[0] / scale.size, self.steps[1] / scale.size)
+        delays, limits = np.array(self.structure.fed_back, dtype=np.int64), np.array([*scale.edges, *seen])
 
         def run(force: Floats) -> None:
             polynomial(
