@@ -9,12 +9,13 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.motion_faults import jump_fault, velocity_fault
 from identification.period import with_period_seen
 from rigctl.magnitudes import doubts_of
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
-Kind = Literal["polarity", "clipping", "frozen", "skew", "drift", "aliasing", "period", "magnitude"]
+Kind = Literal["polarity", "clipping", "frozen", "skew", "drift", "aliasing", "period", "magnitude", "jump", "velocity"]
 
 UNITS: Final = {"displacement": "m", "force": "N", "current": "A"}
 _IMPORTED = 300_000  # samples of an imported run that are looked at: 5 min at 1 kHz
@@ -187,7 +188,26 @@ def _aliased(run: Run) -> Iterator[Finding]:
         yield Finding("aliasing", "force", text)
 
 
-_LOOKS: Final[tuple[Callable[[Run], Iterator[Finding]], ...]] = (_polarity, _skew, _drift, _aliased)
+def _jumps(run: Run) -> Iterator[Finding]:
+    """A displacement that moves farther within a sample than its motion allows."""
+    if (text := jump_fault(run)) is not None:
+        yield Finding("jump", "displacement", text)
+
+
+def _velocity(run: Run) -> Iterator[Finding]:
+    """A measured velocity that is not that of the displacement."""
+    if (text := velocity_fault(run)) is not None:
+        yield Finding("velocity", "velocity", text)
+
+
+_LOOKS: Final[tuple[Callable[[Run], Iterator[Finding]], ...]] = (
+    _polarity,
+    _skew,
+    _drift,
+    _aliased,
+    _jumps,
+    _velocity,
+)
 
 
 def _resolution(values: Floats) -> float:

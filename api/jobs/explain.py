@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
+from pydantic import StrictBool
+
 from api.errors import InputError
 from api.jobs.kind import Kind, Progress, Task
 from api.jobs.model_option import check_model, model_name
@@ -34,7 +36,7 @@ class ExplainRequest:
     kind: Literal["explain"] = "explain"
     name: str = ""
     model: dict[str, Any] | None = field(default=None, repr=False)  # any JSON: the model file's reader checks it
-    simulated: bool = False
+    simulated: StrictBool = False
     campaign: str = ""
     rig: str = ""
     specimen: str = ""

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
+from pydantic import StrictBool, StrictFloat, StrictInt
+
 from api.errors import InputError
 from api.jobs.kind import Kind, Progress, Task
 from api.jobs.model_option import check_model, model_name
@@ -35,9 +37,9 @@ class FitRequest:
     kind: Literal["fit"]
     model: dict[str, Any] = field(repr=False)  # any JSON: the model file's reader checks it
     name: str = ""
-    starts: int = 1
-    robust: float | None = None
-    refine: bool = False
+    starts: StrictInt = 1
+    robust: StrictFloat | None = None
+    refine: StrictBool = False
     campaign: str = ""
     rig: str = ""
     specimen: str = ""

@@ -9,6 +9,8 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
+from pydantic import StrictBool, StrictFloat, StrictInt
+
 from api.errors import InputError
 from api.jobs.kind import Kind, Progress, Task
 from api.jobs.model_option import check_model
@@ -46,15 +48,15 @@ class IdentifyRequest:
     model_kind: Literal["nnoe", "narx", "mlp", "arx", "polynomial", "hybrid", "inverse", "multiaxis"]
     name: str = ""
     regressors: list[str] = field(default_factory=list)
-    nodes: int | None = None
+    nodes: StrictInt | None = None
     layers: str | None = None
     activation: str | None = None
-    evolve: bool = False
-    rate_hz: float | None = None
+    evolve: StrictBool = False
+    rate_hz: StrictFloat | None = None
     base: dict[str, Any] | None = field(default=None, repr=False)  # any JSON: the model file's reader checks it
-    select: bool = False
-    every: bool = False
-    longest: int | None = None
+    select: StrictBool = False
+    every: StrictBool = False
+    longest: StrictInt | None = None
     campaign: str = ""
     rig: str = ""
     specimen: str = ""

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
+from pydantic import StrictBool, StrictFloat, StrictInt
+
 from api.campaigns.texts import check_text
 from api.errors import InputError
 from api.jobs.kind import Kind, Progress, Task
@@ -34,12 +36,12 @@ class RealtimeRequest:
 
     kind: Literal["realtime"]
     model: dict[str, Any] = field(repr=False)  # any JSON: the model file's reader checks it
-    step: float = 0.001
-    seconds: float = 10.0
-    stroke: float = 0.01
-    current: float | None = None
-    seed: int = 1
-    paced: bool = False
+    step: StrictFloat = 0.001
+    seconds: StrictFloat = 10.0
+    stroke: StrictFloat = 0.01
+    current: StrictFloat | None = None
+    seed: StrictInt = 1
+    paced: StrictBool = False
     name: str = ""
 
     def __post_init__(self) -> None:

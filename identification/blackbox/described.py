@@ -25,7 +25,7 @@ def identified_text(result: Identified) -> str:
         f"  held out {name}: fit {fit:.2f} %, the band holds {100.0 * result.reached[name]:.1f} %"
         for name, fit in result.shown.items()
     ]
-    lines += [f"  {sentence}" for sentence in result.beyond]
+    lines += [f"  {sentence}" for sentence in (*result.beyond, *result.notes)]
     forgets = f"forgets its start within {result.memory_s:.2g} s" if result.stable else "never forgets its start"
     return "\n".join([*lines, f"  a free run {forgets}"])
 
@@ -39,6 +39,7 @@ def identified_data(result: Identified) -> dict[str, Any]:  # Any: JSON
         "coverage_90_predicted": result.coverage,
         "coverage_90_held_out": dict(result.reached),
         "outside_training": list(result.beyond),
+        "notes": list(result.notes),
         "share_of_base": result.model.facts.get("share_of_base"),
         "stable": result.stable,
         "memory_s": result.memory_s if result.stable else None,

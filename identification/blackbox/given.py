@@ -11,7 +11,14 @@ from identification.blackbox.choose import Candidate
 from identification.blackbox.folds import FOLDS, SHORTEST, folds_of
 from identification.blackbox.layers import Layers
 from identification.blackbox.networks import scales_for
-from identification.blackbox.preparation import absent_signals, at_one_rate, course_of, measured_signals
+from identification.blackbox.preparation import (
+    absent_signals,
+    at_one_rate,
+    between_jumps,
+    course_of,
+    measured_signals,
+    velocity_notes,
+)
 from identification.blackbox.recipes import RECIPES, Recipe
 from identification.blackbox.samples import Course
 from identification.blackbox.structure import MODEL, Structure
@@ -49,7 +56,8 @@ class Given:
     """Runs at one rate, the training as courses, and what may be learned from them.
 
     `measured`: velocity and acceleration that every run holds as measured; `absent`: current and temperature that do
-    not vary; `tried`: the structures that are stated, or those that a polynomial tries.
+    not vary; `tried`: the structures that are stated, or those that a polynomial tries; `notes`: a line for each fault
+    of a measured motion that is left out of the learning.
     """
 
     held_out: Sequence[Run]
@@ -58,6 +66,7 @@ class Given:
     absent: Sequence[str]
     candidates: Sequence[Candidate]
     tried: Sequence[Structure]
+    notes: tuple[str, ...] = ()
 
 
 def given(
@@ -84,11 +93,14 @@ def given(
         raise DataError("a hybrid, and no other kind, needs a base: give a model with named elements")
     if not runs:
         raise DataError("no run was given: at least one measured run is needed")
+    for one in [*runs, *held_out]:
+        check_measured(one)
+    runs, notes = between_jumps(runs)
+    if kind in RECIPES and base is None:
+        notes += velocity_notes([*runs, *held_out])
     every = at_one_rate([*runs, *held_out], rate_hz)
     runs, held_out = every[: len(runs)], every[len(runs) :]
     _check_of_kind(kind, structures)
-    for one in held_out:
-        check_measured(one)
     measured = measured_signals(every) if kind in RECIPES and base is None else ()
     courses = [course_of(one, measured, base) for one in runs]
     absent = absent_signals(runs, courses)
@@ -109,8 +121,9 @@ def given(
     _check_distinct(courses, tried)
     _check_held_out(held_out, runs, tried)
     return Given(
-        held_out=held_out, courses=courses, measured=measured, absent=absent, candidates=candidates, tried=tried
-    )
+        held_out=held_out, courses=courses, measured=measured, absent=absent, candidates=candidates, tried=tried,
+        notes=tuple(dict.fromkeys(notes)),
+    )  # fmt: skip
 
 
 def check_long_enough(courses: Sequence[Course]) -> None:

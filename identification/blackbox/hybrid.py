@@ -13,7 +13,7 @@ from identification.blackbox.model import BlackBox
 from identification.blackbox.modelfile import blackbox_from_json, blackbox_to_json
 from identification.blackbox.outside import added_outside
 from identification.blackbox.samples import course_along
-from identification.blackbox.scaling import MARGIN
+from identification.blackbox.scaling import LARGEST, MARGIN
 from identification.errors import ModelError, SimulationError
 from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, model_from_json
 from identification.models.motion import Motion
@@ -31,7 +31,8 @@ Floats = NDArray[np.float64]
 class Hybrid:
     """F = F_base + w·F_rest: w is 1 within the training range and falls to 0 at half of its span beyond.
 
-    So far outside the training the base alone remains. `base_file` is the content of the model file of the base.
+    So far outside the training the base alone remains, cut at a force that no machine has, 10¹² N: a coefficient of its
+    file may be of any size. `base_file` is the content of the model file of the base.
     """
 
     name: str
@@ -84,15 +85,18 @@ class Hybrid:
     def parts(self, motion: Motion) -> tuple[Floats, Floats]:
         """The force of the base and that of the network, each (N,), N; an input that is no number is held for both."""
         motion = motion.held()
-        base = self.base.force(motion)
+        base = self._of_base(motion)
         return base, self.share(motion) * self.rest.along(course_along(motion, base))
+
+    def _of_base(self, motion: Motion) -> Floats:
+        return np.clip(self.base.force(motion), -LARGEST, LARGEST)
 
     def half_width(self, motion: Motion, level: float) -> Floats | None:
         """Half of the width of its band, (N,), N; None where its network was not calibrated; raises SimulationError."""
         if self.rest.band is None:
             return None
         motion = motion.held()
-        spread = self.rest.spread(course_along(motion, self.base.force(motion)))
+        spread = self.rest.spread(course_along(motion, self._of_base(motion)))
         return self.rest.band.half_width(spread, level, added_outside(self, motion))
 
     def share(self, motion: Motion) -> Floats:

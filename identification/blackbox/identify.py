@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from identification.blackbox.band import band_of, coverage_of
 from identification.blackbox.choose import Judged
-from identification.blackbox.given import Base, given
+from identification.blackbox.given import Base, Given, given
 from identification.blackbox.hybrid import Hybrid
 from identification.blackbox.layered import LayeredNarx
 from identification.blackbox.layered_training import Layered, layered
@@ -22,7 +22,7 @@ from identification.blackbox.polynomial import PolynomialNarx
 from identification.blackbox.recipes import NODES, RECIPES
 from identification.blackbox.samples import Course
 from identification.blackbox.structure import Structure
-from identification.blackbox.terms import first_that_forgets, judge_polynomials, left_out, on_all
+from identification.blackbox.terms import first_that_forgets, judge_polynomials, left_out, on_all, within
 from identification.compute.blas import one_blas_thread
 from identification.models.band import covered, half_width_of
 from identification.models.measures import score_signals
@@ -45,7 +45,8 @@ class Identified:
     `trained` that on the training; `shown` that on each held-out run, over all its samples. `memory_s` is how long two
     starts from the lowest and the highest force stay apart, infinite where they never meet. `coverage` is the share of
     the samples that the band of 90 % holds in cross-validation, `reached` that on each held-out run. `beyond` are
-    sentences on the held-out runs that leave the training range: their fit says nothing about runs within it.
+    sentences on the held-out runs that leave the training range: their fit says nothing about runs within it. `notes`
+    are sentences on faults of the measured motions that were not learned from.
     """
 
     model: BlackBox | Hybrid | PolynomialNarx | LayeredNarx
@@ -57,6 +58,7 @@ class Identified:
     coverage: float
     reached: Mapping[str, float]
     beyond: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def stable(self) -> bool:
@@ -99,23 +101,23 @@ def identify(
     courses = taken.courses
     if kind == "polynomial":
         polynomial, judged, coverage = _polynomial(courses, taken.tried, say)
-        return _shown(_figures(replace(polynomial, name=name or kind), judged, courses, coverage), taken.held_out)
+        return _shown(_figures(replace(polynomial, name=name or kind), judged, courses, coverage), taken)
     if layers is not None:
         tried = [Layered(one.structure, layers, one.decay, evolved) for one in taken.candidates]
         found, judged, coverage = layered(tried, courses, say)
         kept = tuple(one for one in taken.measured if one in found.structure.signals)
         found = replace(found, name=name or kind, measured=kept)
-        return _shown(_figures(found, judged, courses, coverage), taken.held_out)
+        return _shown(_figures(found, judged, courses, coverage), taken)
     network, judged, coverage = networks(RECIPES[kind], taken.candidates, courses, say)
     kept = tuple(one for one in taken.measured if one in network.signals)
     network = replace(network, name=name or kind, kind=kind if base is None else "nnoe", measured=kept)
     figures = _figures(network, judged, courses, coverage)
     if base is None:
-        return _shown(figures, taken.held_out)
+        return _shown(figures, taken)
     rest = figures.model
     assert isinstance(rest, BlackBox)  # the network alone
     hybrid = Hybrid(name=rest.name, base=base.model, base_file=base.file, rest=rest)
-    return _shown(replace(figures, model=hybrid), taken.held_out)
+    return _shown(replace(figures, model=hybrid), taken)
 
 
 def _polynomial(
@@ -131,7 +133,7 @@ def _polynomial(
     )
     whole = (on_all(one, courses, scales, dt) for one, _ in judged[:_PASSED_OVER])
     best = judged.pop(first_that_forgets(whole, courses) or 0)
-    model = on_all(best[0], courses, scales, dt)
+    model = within(on_all(best[0], courses, scales, dt), courses)
     parts = left_out(best[0], courses, scales, dt)
     ordered = [Judged(one, error) for one, error in (best, *judged)]
     return replace(model, band=band_of(parts)), ordered, coverage_of(parts)
@@ -178,12 +180,13 @@ def _whole(course: Course) -> Floats:
     return course.force if course.model is None else course.force + course.model
 
 
-def _shown(found: Identified, held_out: Sequence[Run]) -> Identified:
+def _shown(found: Identified, taken: Given) -> Identified:
     """The same with the fit on every held-out run, over all its samples, and what the band holds of it."""
-    if not held_out:
+    found = replace(found, notes=taken.notes)
+    if not taken.held_out:
         return found
     shown, reached = {}, {}
-    for one in held_out:
+    for one in taken.held_out:
         motion, force = checked_motion(found.model, one), simulate_run(found.model, one)
         half = half_width_of(found.model, motion)
         assert half is not None  # every kind was calibrated
@@ -194,7 +197,7 @@ def _shown(found: Identified, held_out: Sequence[Run]) -> Identified:
         "fit_held_out": float(np.mean(list(shown.values()))),
         "coverage_held_out": float(np.mean(list(reached.values()))),
     }
-    beyond = tuple(sentence for one in held_out for sentence in outside_training(found.model, one))
+    beyond = tuple(sentence for one in taken.held_out for sentence in outside_training(found.model, one))
     return replace(found, model=_with_facts(found.model, facts), shown=shown, reached=reached, beyond=beyond)
 
 

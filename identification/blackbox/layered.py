@@ -101,9 +101,8 @@ class LayeredNarx:
         return self.band.half_width(np.zeros(motion.x.size), level, added_outside(self, motion))
 
     def memory(self, course: Course) -> float:
-        """How long it remembers its start along a course, s, from the lowest and the highest force; may be infinite."""
-        one, other = (self._from_lead(course, before) for before in self.scales[FORCE].edges)
-        return remembered(one, other, self.scales[FORCE].size) * self.dt
+        """How long it remembers its start along a course, s, from the lowest to the highest force; may be infinite."""
+        return remembered(lambda before: self._from_lead(course, before), self.scales[FORCE]) * self.dt
 
     def along(self, course: Course) -> Floats:
         """The same along a course, of which the force is not used."""

@@ -98,7 +98,8 @@ def _regressor(i, t, fed, delays, inputs, since, measured, y):
 def polynomial(coefficients, table, delays, inputs, since, measured, limits, phi, y):
     """Simulates y(t) = Σ_k c_k·Π_d φ[table[k, d]] from sample to sample, into `y` (N,); see `simulate`.
 
-    `phi` (R + 1,) is working space whose last entry is 1.
+    `limits`: the lowest and the highest force, those between which a past force is seen, and the lowest and the highest
+    change of a seen force from a sample to the next. `phi` (R + 1,) is working space whose last entry is 1.
     """
     fed, m = delays.size, inputs.shape[1]
     for t in range(y.size):
@@ -107,7 +108,15 @@ def polynomial(coefficients, table, delays, inputs, since, measured, limits, phi
             continue
         for i in range(fed):
             p = t - delays[i]
-            phi[i] = y[p] if p >= since[t] else measured[p]
+            s = y[p] if p >= since[t] else measured[p]
+            s = s if s > limits[2] else limits[2]
+            s = s if s < limits[3] else limits[3]
+            if i > 0:
+                apart = delays[i] - delays[i - 1]
+                low, high = phi[i - 1] - apart * limits[5], phi[i - 1] - apart * limits[4]
+                s = s if s > low else low
+                s = s if s < high else high
+            phi[i] = s
         for i in range(m):
             phi[fed + i] = inputs[t, i]
         s = 0.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -168,16 +169,12 @@ class BlackBox:
         return np.asarray(scaled[structure.longest :] * force.size + force.centre)
 
     def memory(self, course: Course) -> float:
-        """How long it remembers its start along a course, s: infinite where two starts never come together.
+        """How long it remembers its start along a course, s: infinite where its starts never come together.
 
-        Each member is started from the lowest and from the highest force that it can give, before the lead.
+        Each member is started from the lowest, the mean and the highest force that it can give, before the lead.
         """
-        low, high = self.scales[FORCE].edges
-        longest = 0.0
-        for member in self.members:
-            one, other = self._from_lead(member, course, low), self._from_lead(member, course, high)
-            longest = max(longest, remembered(one, other, self.scales[FORCE].size))
-        return longest * self.dt
+        each = (partial(self._from_lead, member, course) for member in self.members)
+        return max(remembered(run, self.scales[FORCE]) for run in each) * self.dt
 
     def renamed(self, name: str) -> BlackBox:
         """The model under another name."""

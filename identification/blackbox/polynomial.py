@@ -15,7 +15,7 @@ from identification.blackbox.memory import remembered
 from identification.blackbox.model import check_rate
 from identification.blackbox.outside import added_outside
 from identification.blackbox.samples import Course, Samples, course_along, samples_of
-from identification.blackbox.scaling import Scales
+from identification.blackbox.scaling import LARGEST, Scales
 from identification.blackbox.structure import FORCE, Structure
 from identification.errors import ModelError
 from identification.models.motion import Motion
@@ -80,7 +80,13 @@ def ranked(columns: Floats, y: Floats, terms: Sequence[Term], count: int) -> lis
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PolynomialNarx:
-    """F(t) = Σ_k c_k·Π φ over the regressors of each term, all scaled, fed back in free run and cut at its edges."""
+    """F(t) = Σ_k c_k·Π φ over the regressors of each term, all scaled, fed back in free run and cut at its edges.
+
+    With `steps`, the lowest and the highest change of the force in training from a sample to the next, N, a past force
+    is seen no lower and no higher than any of the training, and not farther from the one after it than they allow.
+    Beyond, its powers grow and nothing was fitted to them: a free run that is there for a moment could stay at an edge
+    for ever, or go to and fro between both. None: seen as it is.
+    """
 
     name: str
     dt: float
@@ -90,6 +96,7 @@ class PolynomialNarx:
     coefficients: Floats = field(compare=False)
     facts: Mapping[str, float] = field(default_factory=dict)
     band: Band | None = None
+    steps: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         count = len(self.structure.regressors)
@@ -102,6 +109,8 @@ class PolynomialNarx:
                 raise ModelError(f"term {list(term)}: it must be up to {HIGHEST_DEGREE} numbers within 0 … {count - 1}")
         if not np.all(np.isfinite(self.coefficients)):
             raise ModelError("coefficients must be finite numbers")
+        if self.steps is not None and not -LARGEST <= self.steps[0] < self.steps[1] <= LARGEST:
+            raise ModelError(f"steps is {list(self.steps)}: two changes of the force, N, the lower first")
 
     @property
     def kind(self) -> str:
@@ -153,51 +162,44 @@ class PolynomialNarx:
         return self.band.half_width(np.zeros(motion.x.size), level, added_outside(self, motion))
 
     def memory(self, course: Course) -> float:
-        """How long it remembers its start along a course, s, from the lowest and the highest force; may be infinite."""
-        one, other = (self._from_lead(course, before) for before in self.scales[FORCE].edges)
-        return remembered(one, other, self.scales[FORCE].size) * self.dt
+        """How long it remembers its start along a course, s, from the lowest to the highest force; may be infinite."""
+        return remembered(lambda before: self._from_lead(course, before), self.scales[FORCE]) * self.dt
 
     def along(self, course: Course) -> Floats:
         """The same along a course, of which the force is not used."""
         return self._from_lead(course)[-course.motion.x.size :]
+
+    def prepared(self, samples: Samples) -> Callable[[Floats], None]:
+        """The loop on some samples: it fills the scaled force (N,) from what the samples hold when it is called."""
+        from identification.blackbox.loops import polynomial  # compiled where it is used
+
+        degree = max(max((len(term) for term in self.terms), default=1), 1)
+        # A term of fewer regressors than the degree is filled with the number of a regressor that is always 1.
+        table = np.full((len(self.terms), degree), len(self.structure.regressors), dtype=np.int64)
+        for k, term in enumerate(self.terms):
+            table[k, : len(term)] = term
+        phi = np.ones(len(self.structure.regressors) + 1)
+        scale = self.scales[FORCE]
+        seen = (-np.inf, np.inf, -np.inf, np.inf)
+        if self.steps is not None:
+            seen = (*scale.trained, self.steps[0] / scale.size, self.steps[1] / scale.size)
+        delays, limits = np.array(self.structure.fed_back, dtype=np.int64), np.array([*scale.edges, *seen])
+
+        def run(force: Floats) -> None:
+            polynomial(
+                self.coefficients, table, delays, samples.inputs, samples.begin, samples.force, limits, phi, force
+            )
+
+        return run
 
     def _from_lead(self, course: Course, before: float = 0.0) -> Floats:
         """Force of its lead and of the course, N, from a scaled force `before`."""
         check_rate(self.name, self.dt, course.motion.dt)
         samples = samples_of([course.whole()], self.structure, self.scales)
         samples.force[: self.structure.longest] = before
-        scaled = simulated(self.structure, self.terms, self.coefficients, samples, self.scales[FORCE].edges)
-        force = self.scales[FORCE]
+        force, scaled = self.scales[FORCE], np.empty(samples.force.size)
+        self.prepared(samples)(scaled)
         return np.asarray(scaled[self.structure.longest :] * force.size + force.centre)
-
-
-def simulated(
-    structure: Structure, terms: Sequence[Term], coefficients: Floats, samples: Samples, edges: tuple[float, float]
-) -> Floats:
-    """The scaled force of a polynomial in free run, (N,), cut at the edges."""
-    force = np.empty(samples.force.size)
-    prepared(structure, terms, coefficients, samples, edges)(force)
-    return force
-
-
-def prepared(
-    structure: Structure, terms: Sequence[Term], coefficients: Floats, samples: Samples, edges: tuple[float, float]
-) -> Callable[[Floats], None]:
-    """The loop on some samples: it fills the scaled force (N,) from what the samples hold when it is called."""
-    from identification.blackbox.loops import polynomial  # compiled where it is used
-
-    degree = max(max((len(term) for term in terms), default=1), 1)
-    # A term of fewer regressors than the degree is filled with the number of a regressor that is always 1.
-    table = np.full((len(terms), degree), len(structure.regressors), dtype=np.int64)
-    for k, term in enumerate(terms):
-        table[k, : len(term)] = term
-    phi = np.ones(len(structure.regressors) + 1)
-    delays, limits = np.array(structure.fed_back, dtype=np.int64), np.array(edges)
-
-    def run(force: Floats) -> None:
-        polynomial(coefficients, table, delays, samples.inputs, samples.begin, samples.force, limits, phi, force)
-
-    return run
 
 
 def regressors_of(samples: Samples, delays: Sequence[int]) -> Floats:

@@ -12,6 +12,7 @@ from identification.blackbox.fields import (
     head_to_json,
     interval_in,
     names_in,
+    number_in,
     object_in,
     weight_in,
 )
@@ -35,6 +36,7 @@ def polynomial_to_json(model: PolynomialNarx) -> dict[str, Json]:
             {"term": [every[index] for index in term], "coefficient": float(value)}
             for term, value in zip(model.terms, model.coefficients, strict=True)
         ],
+        **({} if model.steps is None else {"steps": list(model.steps)}),
         "facts": facts_to_json(model.facts),
         **band_to_json(model.band),
     }
@@ -62,7 +64,16 @@ def polynomial_from_json(data: Json) -> PolynomialNarx:
         ),
         facts=facts_in(data),
         band=band_in(data),
+        steps=_steps(data.get("steps")),
     )
+
+
+def _steps(raw: Json) -> tuple[float, float] | None:
+    if raw is None:
+        return None
+    if not isinstance(raw, list) or len(raw) != 2:
+        raise ModelError("steps must be a list of two changes of the force, N, the lower first")
+    return number_in("steps[0]", raw[0]), number_in("steps[1]", raw[1])
 
 
 def _term(where: str, raw: Json, structure: Structure) -> Term:

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 
-from identification.blackbox.folds import FOLDS, stretch_of
+from identification.blackbox.folds import FOLDS, SHORTEST, stretch_of
 from identification.blackbox.samples import Course
 from identification.errors import DataError
 from identification.models.inputs import MEASURED, with_measured
 from identification.models.protocol import SimulationModel
 from identification.models.simulation import name_of
+from identification.motion_faults import jump_fault, jumps_in, velocity_fault
 from identification.record import compact, record_from_run
 from identification.signals import SIGNALS
 from rigctl.runfile import Run
@@ -27,8 +29,48 @@ _HELD = ("current",)  # between samples it is held: a filter would put its step 
 
 
 def measured_signals(runs: Sequence[Run]) -> tuple[str, ...]:
-    """Velocity and acceleration, where every run holds them as measured."""
-    return tuple(name for name in MEASURED if all(name in one.channels for one in runs))
+    """Velocity and acceleration, where every run holds them as measured, and no velocity is another one's."""
+    named = [name for name in MEASURED if all(name in one.channels for one in runs)]
+    return tuple(name for name in named if name != "velocity" or not any(map(velocity_fault, runs)))
+
+
+def velocity_notes(runs: Sequence[Run]) -> list[str]:
+    """A line for each run with a velocity that is not used, and why."""
+    found = ((one, velocity_fault(one)) for one in runs)
+    return [
+        f"{name_of(one)}: velocity: {fault}; the derivative of the displacement takes its place"
+        for one, fault in found
+        if fault is not None
+    ]
+
+
+def between_jumps(runs: Sequence[Run]) -> tuple[list[Run], list[str]]:
+    """The runs, those whose displacement jumps in pieces between the jumps; and a line for each of those.
+
+    Raises DataError, one line, where none of the pieces is long enough to learn from.
+    """
+    out, notes = list[Run](), list[str]()
+    for run in runs:
+        fault = jump_fault(run) if "displacement" in run.channels else None
+        if fault is None:
+            out.append(run)
+            continue
+        parts = [part for part in _pieces(run, [jump.at for jump in jumps_in(run)]) if part.samples >= SHORTEST]
+        if not parts:
+            raise DataError(f"{name_of(run)}: displacement: {fault}; no piece between the jumps has {SHORTEST} samples")
+        out += parts
+        kept = sum(part.samples for part in parts)
+        learned = f"{kept} of {run.samples} samples are learned, in {len(parts)} pieces"
+        notes.append(f"{name_of(run)}: displacement: {fault}; {learned}")
+    return out, notes
+
+
+def _pieces(run: Run, cuts: Sequence[int]) -> list[Run]:
+    ends = [0, *cuts, run.samples]
+    return [
+        replace(run, channels={name: one[first:last] for name, one in run.channels.items()}, period_samples=0)
+        for first, last in pairwise(ends)
+    ]
 
 
 def course_of(run: Run, measured: Sequence[str], base: SimulationModel | None = None) -> Course:

@@ -24,7 +24,7 @@ MARGIN = 0.5
 _LEAST_SIZE = 1e-6
 
 # SI, of any signal: no machine has a larger one. Half or double: nothing; its square is still a number.
-_LARGEST = 1e12
+LARGEST = 1e12
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +43,8 @@ class Scale:
             raise ModelError(f"size is {self.size:g}: it must be above 0")
         if not self.low < self.high:
             raise ModelError(f"range is [{self.low:g}, {self.high:g}]: the lower value comes first")
-        if max(-self.low, self.high) > _LARGEST:
-            raise ModelError(f"range is [{self.low:g}, {self.high:g}]: it must lie within ±{_LARGEST:g}, SI")
+        if max(-self.low, self.high) > LARGEST:
+            raise ModelError(f"range is [{self.low:g}, {self.high:g}]: it must lie within ±{LARGEST:g}, SI")
         span = self.high - self.low
         if not self.low - span <= self.centre <= self.high + span:
             raise ModelError(f"centre is {self.centre:g}: it must lie in the range [{self.low:g}, {self.high:g}]")
@@ -56,6 +56,11 @@ class Scale:
         """The scaled values that the network never sees beyond."""
         margin = MARGIN * (self.high - self.low)
         return self.scaled(self.low - margin), self.scaled(self.high + margin)
+
+    @property
+    def trained(self) -> tuple[float, float]:
+        """The lowest and the highest scaled value of the training."""
+        return self.scaled(self.low), self.scaled(self.high)
 
     def scaled(self, value: float) -> float:
         """A value as the network sees it."""

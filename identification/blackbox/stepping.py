@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from identification.blackbox.model import check_rate
 from identification.blackbox.network import network
-from identification.blackbox.polynomial import PolynomialNarx, prepared
+from identification.blackbox.polynomial import PolynomialNarx
 from identification.blackbox.samples import LEAD, Samples
-from identification.blackbox.scaling import MARGIN, Scales
+from identification.blackbox.scaling import LARGEST, MARGIN, Scales
 from identification.blackbox.stops import LIMITS, stopped_once
 from identification.blackbox.structure import FORCE, MODEL, SYMBOLS, Structure
 from identification.models.stepping import Moment, Stepper
@@ -143,18 +143,19 @@ def blackbox_stepper(model: BlackBox, dt: float) -> BlackBoxStepper:
 
 def polynomial_stepper(model: PolynomialNarx, dt: float) -> BlackBoxStepper:
     """A polynomial from sample to sample; raises SimulationError where `dt` is not the interval of its training."""
-    edges = model.scales[FORCE].edges
 
-    def loop(samples: Samples) -> Callable[[Floats], None]:
-        return prepared(model.structure, model.terms, model.coefficients, samples, edges)
-
-    lines = [_Lines(model.structure, model.scales, loop)]
+    lines = [_Lines(model.structure, model.scales, model.prepared)]
     return BlackBoxStepper(model.name, model.dt, dt, model.scales, lines)
 
 
 def _loop_of(member: Member, scales: Scales) -> Callable[[Samples], Callable[[Floats], None]]:
     found = network(member.structure, scales)
     return lambda samples: found.prepared(member.weights, samples, None).simulate
+
+
+def _cut(force: float) -> float:
+    """The force of a base as a hybrid takes it: within what a machine can have."""
+    return min(max(force, -LARGEST), LARGEST)
 
 
 class HybridStepper:
@@ -171,15 +172,15 @@ class HybridStepper:
 
     def start(self, at: Moment) -> float:
         """Begin at a moment that has lasted; the force there, N."""
-        base = self._base.start(at)
+        base = _cut(self._base.start(at))
         return base + self._model.weight(at) * self._rest.start(at, base)
 
     def force(self, at: Moment) -> float:
         """The force if `at` were the next sample, N: nothing is kept."""
-        base = self._base.force(at)
+        base = _cut(self._base.force(at))
         return base + self._model.weight(at) * self._rest.force(at, base)
 
     def advance(self, at: Moment) -> float:
         """Go on to the next sample; the force there, N."""
-        base = self._base.advance(at)
+        base = _cut(self._base.advance(at))
         return base + self._model.weight(at) * self._rest.advance(at, base)
