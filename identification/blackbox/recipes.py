@@ -59,11 +59,6 @@ _STOPPED = (
     "v0 v1 v3 v6 P0 Q0 R0 S0 i0 i1",
     "v0 v1 v2 P0 Q0 Q1 R0 R1 i0 i1",
 )
-
-# Feedback and stop operators together, for a force that lags behind a loop. On records that no choice was made on it
-# it gives 0.1 % of fit on 16 simulated ones in a random motion, up to 0.6 % where the memory has many widths, and
-# nothing on 17 measured sines; half a second of training.
-_BOTH = "F1 F2 F3 x0 v0 v1 v2 P0 U0 Q0 V0 R0 W0 S0 i0 i1"
 _LINEAR = (
     "F1 x0 v0 i0",
     "F1 F2 x0 x1 x2 v0 v1 v2 a0 i0 i1 i2",
@@ -75,7 +70,7 @@ _LEFT = tuple(f"{text} M0 M1" for text in (_FED[0], _FED[2], _ALONE, "v0 v1 P0 Q
 
 RECIPES: Mapping[str, Recipe] = {
     "nnoe": Recipe(
-        regressors=(_FED[0], _FED[1], _FED[3], _BOTH, _ALONE, *_STOPPED), nodes=NODES, decays=_FEW_DECAYS, quick=QUICK,
+        regressors=(_FED[0], _FED[1], _FED[3], _ALONE, *_STOPPED), nodes=NODES, decays=_FEW_DECAYS, quick=QUICK,
         full=FULL, best=8, starts=1,
     ),
     "narx": Recipe(

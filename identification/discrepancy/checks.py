@@ -102,7 +102,7 @@ def _place_alone(r: Record) -> Floats:
 def _check_polarity(senses: Sequence[_Sense]) -> None:
     """Raise DataError where one record works with the motion, others against it, and the model does not say why.
 
-    Beside a mass a sensor that is late by a fifth of a period does that: the model knows the mass, and its force is
+    Beside a mass a sensor that is late by a twentieth of a period does that: the model knows the mass, and its force is
     nowhere the opposite of the measured one, as far as it resembles it in the other records.
     """
     right = [s for s in senses if s.measured > FORM.minor]

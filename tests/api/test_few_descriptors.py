@@ -99,14 +99,11 @@ def test_without_descriptors_others_are_refused_in_one_line_and_a_stop_reaches_t
         assert refused.status_code == 503, refused.text
         assert "files open" in refused.json()["detail"]
         assert refused.headers["retry-after"]
-        took_s = []
-        for _ in range(5):
-            begun = time.monotonic()
-            assert httpx.post(f"{service.url}/v1/campaigns/nobody/stop", timeout=30).status_code == 404
-            took_s.append(time.monotonic() - begun)
-        assert min(took_s) < 1.0  # the others may wait for a busy computer, not for descriptors
+        begun = time.monotonic()
         answer = httpx.post(f"{service.url}/v1/campaigns/{running}/stop", timeout=30)
+        took_s = time.monotonic() - begun
         assert (answer.status_code, answer.json()["acknowledged"], answer.json()["by"]) == (202, True, "worker")
+        assert took_s < 1.0
         ends = time.monotonic() + 60
         while state_of(rig) is not RigState.DISABLED:
             assert time.monotonic() < ends

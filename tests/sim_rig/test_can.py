@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -142,48 +142,6 @@ def test_a_call_asks_again_until_its_deadline_where_the_first_answers_are_lost(
         wire.exchange(None, 7, 0, 0.5)
     assert b.clock.now() - began == pytest.approx(0.5, abs=0.02)
     bus.shutdown()
-
-
-def test_the_loopback_keeps_a_burst_whole_and_in_order() -> None:
-    name = f"burst-{os.getpid()}"
-    rig = LoopbackBus(name, listen=True, fd=True)
-    host = LoopbackBus(name, fd=True)
-    assert rig.recv(0.05) is None
-    sent: Sequence[can.Message] = [
-        can.Message(
-            arbitration_id=k % 0x7FF, data=bytes([k % 256] * (64 if k % 2 else 8)), is_extended_id=False, is_fd=True
-        )
-        for k in range(2000)
-    ]
-    host.send_all(sent[:1000])
-    for message in sent[:1000]:
-        got = rig.recv(1.0)
-        assert got is not None
-        assert (got.arbitration_id, got.data, got.is_fd) == (message.arbitration_id, message.data, True)
-    rig.send(sent[1])
-    assert host.recv(1.0) is not None
-    host.shutdown()
-    assert rig.recv(0.05) is None
-    second = LoopbackBus(name, fd=True)
-    second.send(sent[3])
-    assert rig.recv(1.0) is not None
-    rig.shutdown()
-    with pytest.raises(can.CanOperationError):
-        second.recv(1.0)
-    for bus in (second, rig, rig):
-        bus.shutdown()
-
-
-def test_a_loopback_bus_has_one_rig() -> None:
-    name = f"one-{os.getpid()}"
-    rig = LoopbackBus(name, listen=True)
-    with pytest.raises(can.CanInitializationError, match="another rig"):
-        LoopbackBus(name, listen=True)
-    rig.shutdown()
-    with pytest.raises(can.CanInitializationError, match="no rig listens"):
-        LoopbackBus(name)
-    with pytest.raises(can.CanInitializationError, match="letters"):
-        LoopbackBus("a/b")
 
 
 def test_an_address_names_interface_channel_and_rates() -> None:
@@ -354,18 +312,6 @@ def test_the_error_history_keeps_faults_after_their_reset(bench: Callable[..., A
         b.command(Control.DISABLE, 1)
     assert wire.status(1.0).faults is Fault.NONE
     assert wire.error_history(1.0) == [Fault.SENSOR, Fault.EMERGENCY_STOP]
-
-
-def test_python_can_knows_the_loopback_as_an_interface_of_its_own() -> None:
-    name = f"plug-in-{os.getpid()}"
-    rig = LoopbackBus(name, listen=True)
-    with can.Bus(interface="damper-rig-loopback", channel=name) as host:
-        assert isinstance(host, LoopbackBus)
-        host.send(can.Message(arbitration_id=5, data=b"abc", is_extended_id=False))
-        got = rig.recv(1.0)
-        assert got is not None
-        assert bytes(got.data) == b"abc"
-    rig.shutdown()
 
 
 def test_a_full_queue_of_the_driver_is_waited_for_and_one_that_stays_full_is_an_error(
