@@ -398,9 +398,11 @@ def _best_with_fewer(state: Search, name: str) -> Search | None:
 
 
 def _least_without(state: Search, name: str, rest: Fit) -> Fit:
-    """What is missing without a name is no more than the search left with fewer names: the others may have no effect,
-    though no fit finds that, as of a play that alone would meet rigid contact."""
-    best = _best_with_fewer(state, name)
+    """What is missing without a name is no more than the search left with fewer names, whatever these were: the others
+    may have no effect, though no fit finds that, as of a play that alone would meet rigid contact; or they fit only
+    beside this one and have taken the place of one that fitted without it."""
+    fewer = [b for b, _ in steps(state) if b.earlier == state.earlier and name not in b.names]
+    best = min((b for b in fewer if len(b.names) < len(state.names)), key=lambda b: b.excess, default=None)
     return rest if best is None or excess_of(rest) <= best.excess else best.fit
 
 

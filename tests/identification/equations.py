@@ -48,7 +48,12 @@ EQUATIONS: dict[str, Equation] = {
     ),
     "valve_damping": lambda z, w, u, t, q: current_slope(u, q) * w / np.sqrt(1 + (w / q["w_knee"]) ** 2),
     "quadratic_damping": lambda z, w, u, t, q: q["q"] * w * np.abs(w),
-    "relief_valve": lambda z, w, u, t, q: -q["c_drop"] * np.sign(w) * beyond(w, q["w_knee"]),
+    "relief_valve": lambda z, w, u, t, q: (
+        -0.5
+        * (q["c_drop"] + q["c_drop_control"] * u)
+        * np.sign(w)
+        * (np.abs(w) + np.hypot(np.abs(w) - q["w_knee"], q["w_round"]) - np.hypot(q["w_knee"], q["w_round"]))
+    ),
     "damping_asymmetry": lambda z, w, u, t, q: (q["c_a"] + q["c_a_control"] * u) * np.abs(w),
     "rebound_compression_damping": lambda z, w, u, t, q: on_side(
         w, (q["c_r"], q["c_c"]), (q["w_r"], q["w_c"]), q["share"]

@@ -23,7 +23,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "quadratic_damping": {"q": 300},
     "rebound_compression_damping": {"c_r": 2000, "w_r": 0.1, "c_c": 800, "w_c": 0.15, "share": 0.2},
     "hydraulic_bump_stop": {"q": 4e4, "z_max": 0.004},
-    "relief_valve": {"c_drop": 200, "w_knee": 0.1},
+    "relief_valve": {"c_drop": 200, "w_knee": 0.1, "c_drop_control": 30, "w_round": 0.03},
     "damping_asymmetry": {"c_a": 100, "c_a_control": 40, "share": 0.3},
     "tanh_hysteresis": {"alpha": 80, "alpha_control": 10, "beta": 30, "delta": 0.3, "z_r": 0.002},
     "eddy_current_damping": {"f_peak": 150, "w_peak": 0.15},

@@ -148,3 +148,20 @@ def test_a_departure_of_form_is_no_larger_where_a_pass_has_looked_for_it(monkeyp
     assert gap_remains(passes.found, passes.records), "the case is one of pieces that were chosen for what is left"
     assert passes.found.names == ("linear_stiffness",)
     assert passes.within is more
+
+
+def test_a_name_that_another_one_replaced_beside_one_that_does_not_stand_comes_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    records = records_with("linear_stiffness")
+    sprung = found_with("linear_stiffness", records=records)
+    replaced = replace(found_with("force_offset", "moving_mass", records=records), before=sprung)
+    offset = replace(found_with("force_offset", records=records), before=sprung)
+    dropped = [e for e in gather(replaced, records, records) if e.name == "moving_mass"]
+    judged = {2: (offset, [], dropped), 1: (sprung, gather(sprung, records, records), [])}
+    monkeypatch.setattr(PASSES, "search", lambda *_, **__: replaced)
+    monkeypatch.setattr(PASSES, "drop_doubtful", lambda found, *_: judged[len(found.names)])
+    stands, stated, withheld = PASSES.one_pass(BASE, fit_records(BASE, records), (), (), records, records, str)
+    assert stands.names == ("linear_stiffness",)
+    assert [e.name for e in stated] == ["linear_stiffness"]
+    assert withheld == []

@@ -50,3 +50,25 @@ def test_a_refused_name_keeps_its_place_where_the_best_simpler_one_leaves_severa
     )  # fmt: skip
     found = naming.repeat_trials(state, "stribeck_friction", records, trials=lambda *_, **__: [own, other])
     assert found.names == (name,)
+
+
+def test_a_name_closes_no_more_than_what_an_earlier_step_left_without_it() -> None:
+    records = records_with("linear_stiffness")
+    pushed = BASE.with_element(element("force_offset", {"F0": 1.0}))
+    models = (
+        BASE,
+        BASE.with_element(element("cubic_stiffness", {"k3": 1e7})),
+        pushed.with_element(element("linear_stiffness", {"k": 8e3})),
+    )
+    rest, curved, both = (fit_records(m, records) for m in models)
+    start = Search(fit=rest, names=(), excess=excess_of(rest), given=BASE, base_excess=excess_of(rest))
+    first = replace(start, fit=curved, names=("cubic_stiffness",), excess=excess_of(curved), before=start)
+    own = trials.trial_of(both, "linear_stiffness", rest, records, 0.0)
+    state = replace(
+        start, fit=both, names=("force_offset", "linear_stiffness"), excess=excess_of(both), before=first,
+        compared={"linear_stiffness": naming._comparison(rest, (), [own])},
+    )  # fmt: skip
+    assert excess_of(curved) < excess_of(fit_records(both.model.without("linear_stiffness"), records))
+    found = naming.repeat_trials(state, "linear_stiffness", records, trials=lambda *_, **__: [own])
+    assert "linear_stiffness" in found.names
+    assert excess_of(found.compared["linear_stiffness"].without) == excess_of(curved)

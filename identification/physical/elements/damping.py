@@ -56,9 +56,9 @@ def _tanh_starts(s: Scales) -> Sequence[Values]:
     return [{"alpha": s.gap, "alpha_control": 0.0, "beta": 1.0 / w, "delta": 0.2} for w in (s.speeds[0], s.speeds[1])]
 
 
-def _without_loop(values: Values, others: Sequence[ElementSpec]) -> bool:
-    """Whether a hysteresis beside a whole curve has no loop: it corrects that curve."""
-    return values["delta"] < FORM.build_up and any(o.curve == Curve.WHOLE for o in others)
+def _without_loop(values: Values, _: object) -> bool:
+    """Whether a hysteresis has no loop: it is a plain curve, and others have the name of that."""
+    return values["delta"] < FORM.build_up
 
 
 ROWS: Final = (
@@ -133,12 +133,18 @@ ROWS: Final = (
         name="relief_valve",
         family=Family.DAMPING,
         title="relief valve",
-        equation="f = −c_drop·sgn(w)·max(0, |w| − w_knee)",
+        equation="f = −(c_drop + c_drop_control·u)·sgn(w)·(h(|w|) − h(0)), "
+        "h(s) = (s − w_knee + √((s − w_knee)² + w_round²))/2: max(0, s − w_knee), the knee rounded over w_round",
         parameters=(
             ParameterSpec("c_drop", "N·s/m", remedy=Remedy.SPEEDS),
             ParameterSpec(
                 "w_knee", "m/s", TINY, limits=lambda s: (0.2 * s.speeds[0], 0.95 * s.v_max), remedy=Remedy.SPEEDS
             ),
+            ParameterSpec(
+                "c_drop_control", "N·s/(m·A)", UNBOUNDED, default=0.0, refinement=True, gain=True, remedy=Remedy.CURRENT
+            ),
+            # A stack of shims opens one after the other; the canonical form bends at one speed.
+            ParameterSpec("w_round", "m/s", default=0.0, refinement=True, remedy=Remedy.SPEEDS),
         ),
         starts=_relief_starts,
         curve=Curve.BEND,

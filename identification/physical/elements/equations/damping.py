@@ -128,17 +128,22 @@ def quadratic(q, at):
 class Relief(NamedTuple):
     c_drop: float
     w_knee: float
+    c_drop_control: float
+    w_round: float
 
 
 @inlined
 def relief(q, at):
-    over = abs(at.w) - q.w_knee
-    sgn = 1.0 if at.w > 0 else -1.0
-    f, f_w, by_drop, by_knee = 0.0, 0.0, 0.0, 0.0
-    if over > 0.0:
-        f, f_w = -q.c_drop * sgn * over, -q.c_drop
-        by_drop, by_knee = -sgn * over, q.c_drop * sgn
-    return Force(f, 0.0, f_w, 0.0, 0.0, 0.0, 0.0), Relief(by_drop, by_knee)
+    """Minus the drop of the slope times a hyperbola with the asymptotes 0 and |w| − w_knee, less its value at rest."""
+    speed, sgn, c = abs(at.w), 1.0 if at.w > 0 else -1.0, q.c_drop + q.c_drop_control * at.u
+    over = speed - q.w_knee
+    near, rest = np.sqrt(over * over + q.w_round * q.w_round), np.sqrt(q.w_knee * q.w_knee + q.w_round * q.w_round)
+    slope = over / near if near > 0.0 else 0.0
+    own = -0.5 * sgn * (speed + near - rest)
+    by_knee = 0.5 * c * sgn * (slope + q.w_knee / rest)
+    by_round = 0.5 * c * sgn * q.w_round * (1.0 / rest - 1.0 / near) if near > 0.0 else 0.0
+    force = Force(c * own, 0.0, -0.5 * c * (1.0 + slope), q.c_drop_control * own, 0.0, 0.0, 0.0)
+    return force, Relief(own, by_knee, at.u * own, by_round)
 
 
 class Asymmetry(NamedTuple):
@@ -264,9 +269,9 @@ def damping(code, p, o, at, dp, wanted):
         if wanted:
             dp[o] = by.q
     elif code == _RELIEF:
-        force, by = relief(Relief(p[o], p[o + 1]), at)
+        force, by = relief(Relief(p[o], p[o + 1], p[o + 2], p[o + 3]), at)
         if wanted:
-            dp[o], dp[o + 1] = by
+            dp[o], dp[o + 1], dp[o + 2], dp[o + 3] = by
     elif code == ASYMMETRY:
         force, by = asymmetry(Asymmetry(p[o], p[o + 1], p[o + 2]), at)
         if wanted:

@@ -1,0 +1,74 @@
+"""A valve whose slope falls beyond a knee: the knee is round, the fall follows the current, and it is no hysteresis."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from identification.discrepancy import explain
+from identification.discrepancy.trials import contradicts_itself, trial_of
+from identification.fitting.leastsquares import fit_records
+from identification.physical.elements.equations.damping import Relief, relief
+from identification.physical.elements.equations.point import Point
+from identification.physical.model import Model, element
+from identification.record import compact, record_from_run
+from rigctl.runfile import Run
+from tests.identification.ordinary import Floats, motion, recorded
+
+LINEAR = Model(name="linear", elements=(element("viscous_damping", {"c": 600.0, "c_control": 1200.0}),))
+BENDS = {"relief_valve", "valve_damping", "piecewise_linear_damping", "arctan_damping"}
+speeds = st.floats(1e-3, 3.0)
+
+
+def bent(v: Floats) -> Floats:
+    """A curve whose slope falls to a quarter around 0.12 m/s, without a corner."""
+    return np.asarray(0.25 * v + 0.75 * 0.12 * np.arcsinh(np.sinh(1.0) * v / 0.12))
+
+
+def controlled(seed: int, amplitude: float, current: float) -> Run:
+    """A run at one current, which stiffens the valve as a whole."""
+    _, x, v = motion(seed, amplitude)
+    force = (600.0 + 1200.0 * current) * bent(v)
+    return recorded("valve", seed, x, force, more={"current": np.full(x.size, current)})
+
+
+@pytest.mark.parametrize("first", [0, 20])
+def test_a_bend_that_follows_the_current_is_no_hysteresis(first: int) -> None:
+    plan = [(0.02, 0.4), (0.03, 0.8), (0.012, 1.2), (0.035, 1.6), (0.025, 1.0), (0.03, 1.4)]
+    runs = [controlled(first + k, *p) for k, p in enumerate(plan)]
+    found = explain(LINEAR, runs[:4], runs[4:])
+    named = {e.element for e in found.effects}
+    assert named
+    assert named <= BENDS
+    assert found.held_out.closed is not None
+    assert found.held_out.closed > 0.9
+
+
+def at(w: float, u: float = 0.0) -> Point:
+    return Point(0.0, w, 0.0, u, 25.0, 0.0, 0.0)
+
+
+@given(w=speeds, knee=speeds, rounded=st.floats(0.0, 1.0), u=st.floats(-2.0, 2.0))
+def test_a_round_knee_is_odd_meets_the_sharp_one_far_away_and_takes_nothing_at_rest(
+    w: float, knee: float, rounded: float, u: float
+) -> None:
+    valve = Relief(200.0, knee, 50.0, rounded)
+    f = relief(valve, at(w, u))[0].f
+    assert relief(valve, at(-w, u))[0].f == -f
+    assert relief(valve, at(0.0, u))[0].f == 0.0
+    drop, far = 200.0 + 50.0 * u, 1e6
+    asymptote = far - knee - 0.5 * (np.hypot(knee, rounded) - knee)
+    assert relief(valve, at(far, u))[0].f == pytest.approx(-drop * asymptote, rel=1e-9)
+    if rounded == 0.0:
+        assert f == pytest.approx(-drop * max(0.0, w - knee), abs=1e-9)
+
+
+@pytest.mark.parametrize(("delta", "refused"), [(0.001, True), (0.3, False)])
+def test_a_hysteresis_without_a_loop_denies_its_name(delta: float, refused: bool) -> None:
+    records = [compact(record_from_run(controlled(k, 0.03, 1.0))) for k in range(2)]
+    base = fit_records(LINEAR, records, max_iterations=0)
+    loop = element("tanh_hysteresis", {"alpha": 80.0, "alpha_control": 10.0, "beta": 8.0, "delta": delta})
+    fit = fit_records(LINEAR.with_element(loop), records, max_iterations=0)
+    assert contradicts_itself(trial_of(fit, "tanh_hysteresis", base, records, 0.0)) == refused
