@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_opening
 
 from excitation.kinds import Kind
-from identification.criteria import CHANCE
+from identification.criteria import CHANCE, FORM
 from identification.derivatives import Kinematics, band_of_drive, low_pass_lines
 from identification.errors import DataError
 from identification.models.inputs import (
@@ -214,6 +214,7 @@ def _periodic(run: Run, name: str) -> Record:
     force = periods(run, "force")
     drop = settling_periods(force)
     motion, kinematics = periodic_motion(run, drop)
+    motion = _without_noise_of_current(motion)
     settled, period = force[drop:], run.period_samples
     narrow, limited, share = band_of_drive(kinematics, settled, run.sample_rate_hz), "", 1.0
     sigma, tones = high_frequency(settled.ravel())[0], list[float]()
@@ -256,6 +257,7 @@ def _again(motion: Motion, kinematics: Kinematics, settled: int) -> Motion:
 def _free(run: Run, name: str) -> Record:
     x, force, current = run.channels["displacement"], run.channels["force"], run.channels.get("current")
     motion, kinematics = free_motion(run)
+    motion = _without_noise_of_current(motion)
     steady = current is None or is_steady(current)
     sigma, unsure, how = _noise_of(x, force, run.sample_rate_hz, kinematics.bandwidth_hz, steady)
     again = _again(motion, kinematics, 0)
@@ -325,6 +327,17 @@ def _forgotten(x: Floats, edge: int) -> int:
 def is_off(current: Floats) -> bool:
     """Whether the current is off: only noise of its sensor about zero."""
     return _is_noise(current) and abs(float(np.mean(current))) <= float(np.std(current))
+
+
+def _without_noise_of_current(motion: Motion) -> Motion:
+    """The motion with its mean in the place of a current that is only the noise of its sensor about that.
+
+    Runs at one current tell a force from its growth with the current by nothing but that noise: a fit would take the
+    two apart by it, and be far off at any other current.
+    """
+    mean, scatter = float(np.mean(motion.i)), float(np.std(motion.i))
+    alone = _is_noise(motion.i) and (scatter < FORM.minor * abs(mean) or is_off(motion.i))
+    return replace(motion, i=np.full_like(motion.i, mean)) if alone else motion
 
 
 def is_steady(current: Floats, share: float = 0.05) -> bool:

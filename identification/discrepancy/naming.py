@@ -27,7 +27,7 @@ from identification.discrepancy.trials import (
 )
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.fitting.refine import refine_curves, with_shapes_of
+from identification.fitting.refine import follows_current, refine_curves, with_shapes_of
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, Model, name_of
 from identification.record import Record
@@ -225,7 +225,7 @@ def _refine_curves(state: Search, records: Sequence[Record]) -> Search:
     """Free the finer shapes that the data show once the largest gap has closed."""
     if not gap_remains(state, records):
         return state
-    fit = refine_curves(state.fit, records)
+    fit = refine_curves(state.fit, records, gains=follows_current(given_with_names(state)))
     return replace(state, fit=fit, excess=excess_of(fit), given=with_shapes_of(state.given, fit.model))
 
 

@@ -21,7 +21,7 @@ from identification.discrepancy.naming import (
 from identification.discrepancy.needless import drop_needless
 from identification.discrepancy.trials import choose
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.fitting.refine import refine_curves, with_shapes_of
+from identification.fitting.refine import follows_current, refine_curves, with_shapes_of
 from identification.physical.model import Model, Parameter
 from identification.record import Record
 
@@ -66,7 +66,7 @@ def is_better(other: Search, found: Search, records: Sequence[Record]) -> bool:
 def start_state(given: Model, base: Fit, records: Sequence[Record]) -> Search:
     """The state without a name, with the finer shapes that the base's own curves need."""
     if gap_remains(Search(fit=base, names=(), excess=excess_of(base), given=given), records):
-        base = refine_curves(base, records)
+        base = refine_curves(base, records, gains=follows_current(given))
     start = excess_of(base)
     return Search(fit=base, names=(), excess=start, given=with_shapes_of(given, base.model), base_excess=start)
 

@@ -16,17 +16,18 @@ from identification.record import Record
 from identification.scales import scales_of
 
 
-def refine_curve(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
+def refine_curve(fit: Fit, index: int, records: Sequence[Record], *, gains: bool = True) -> Fit:
     """The fit with the finer shape of one element free, where it has one and the data show it; else as it is.
 
-    The same with its gain on the current: how large the effect is may follow the current as the base does. Of the two
-    the one that explains more comes first. Before them, a friction that may act beside the mount is tried there.
+    The same, with `gains`, with its gain on the current. Of the two the one that explains more comes first. Before
+    them, a friction that may act beside the mount is tried there.
     """
     specs = fit.model.elements[index].spec.parameters
     fit = beside_or_within(fit, index, records)
     shape = [k for k, s in enumerate(specs) if s.refinement and not (s.gain or s.switch)]
-    gains = [k for k, s in enumerate(specs) if s.refinement and s.gain and any(r.has_current for r in records)]
-    ways = {tuple(shape): _start({specs[k].unit for k in shape}, records, fit.rms), tuple(gains): Parameter(value=0.0)}
+    gains = gains and any(r.has_current for r in records)
+    grows = [k for k, s in enumerate(specs) if s.refinement and s.gain and gains]
+    ways = {tuple(shape): _start({specs[k].unit for k in shape}, records, fit.rms), tuple(grows): Parameter(value=0.0)}
     while ways:
         finer = {numbers: _freed(fit, index, numbers, free, records) for numbers, free in ways.items()}
         best = min(finer, key=lambda numbers: finer[numbers].chi2)
@@ -83,11 +84,23 @@ def _refitted(fit: Fit, index: int, parameters: tuple[Parameter, ...], records: 
     return fit
 
 
-def refine_curves(fit: Fit, records: Sequence[Record]) -> Fit:
-    """The fit with every finer shape free that the data show."""
+def refine_curves(fit: Fit, records: Sequence[Record], *, gains: bool = True) -> Fit:
+    """The fit with every finer shape free that the data show; with `gains`, what grows with the current too."""
     for index in range(len(fit.model.elements)):
-        fit = refine_curve(fit, index, records)
+        fit = refine_curve(fit, index, records, gains=gains)
     return fit
+
+
+def follows_current(model: Model) -> bool:
+    """Whether the force of a core follows the current: then that of what is missing may too.
+
+    Else a bend that grows with the current, and a slope that makes up for it, are a yield force that does.
+    """
+    return any(
+        e.spec.needs_current
+        or any(s.gain and p.value != 0.0 for s, p in zip(e.spec.parameters, e.parameters, strict=True))
+        for e in model.on("core")
+    )
 
 
 def with_shapes_of(model: Model, fitted: Model) -> Model:

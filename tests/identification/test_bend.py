@@ -8,12 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from identification.discrepancy import explain
-from identification.discrepancy.trials import contradicts_itself, trial_of
-from identification.fitting.leastsquares import fit_records
 from identification.physical.elements.equations.damping import Relief, relief
 from identification.physical.elements.equations.point import Point
 from identification.physical.model import Model, element
-from identification.record import compact, record_from_run
 from rigctl.runfile import Run
 from tests.identification.ordinary import Floats, motion, recorded
 
@@ -65,10 +62,16 @@ def test_a_round_knee_is_odd_meets_the_sharp_one_far_away_and_takes_nothing_at_r
         assert f == pytest.approx(-drop * max(0.0, w - knee), abs=1e-9)
 
 
-@pytest.mark.parametrize(("delta", "refused"), [(0.001, True), (0.3, False)])
-def test_a_hysteresis_without_a_loop_denies_its_name(delta: float, refused: bool) -> None:
-    records = [compact(record_from_run(controlled(k, 0.03, 1.0))) for k in range(2)]
-    base = fit_records(LINEAR, records, max_iterations=0)
-    loop = element("tanh_hysteresis", {"alpha": 80.0, "alpha_control": 10.0, "beta": 8.0, "delta": delta})
-    fit = fit_records(LINEAR.with_element(loop), records, max_iterations=0)
-    assert contradicts_itself(trial_of(fit, "tanh_hysteresis", base, records, 0.0)) == refused
+def yielding(seed: int, amplitude: float, current: float) -> Run:
+    """A run of a fluid whose yield force grows with the current, beside a dashpot that does not."""
+    _, x, v = motion(seed, amplitude)
+    force = 900.0 * v + (30.0 + 90.0 * current) * v / np.hypot(v, 0.02)
+    return recorded("fluid", seed, x, force, more={"current": np.full(x.size, current)})
+
+
+def test_a_yield_force_that_follows_the_current_is_no_bend_of_a_dashpot_that_does_not() -> None:
+    dashpot = Model(name="dashpot", elements=(element("viscous_damping", {"c": 850.0, "c_control": 0.0}),))
+    plan = [(0.02, 0.4), (0.03, 0.8), (0.012, 1.2), (0.035, 1.6), (0.025, 1.0), (0.03, 1.4)]
+    runs = [yielding(40 + k, *p) for k, p in enumerate(plan)]
+    found = explain(dashpot, runs[:4], runs[4:])
+    assert [e.element for e in found.effects] == ["tanh_hysteresis"]

@@ -56,9 +56,14 @@ def _tanh_starts(s: Scales) -> Sequence[Values]:
     return [{"alpha": s.gap, "alpha_control": 0.0, "beta": 1.0 / w, "delta": 0.2} for w in (s.speeds[0], s.speeds[1])]
 
 
-def _without_loop(values: Values, _: object) -> bool:
-    """Whether a hysteresis has no loop: it is a plain curve, and others have the name of that."""
+def _has_no_loop(values: Values) -> bool:
+    """Whether a hysteresis is a plain curve, as others are that fit alike."""
     return values["delta"] < FORM.build_up
+
+
+def _without_loop(values: Values, others: Sequence[ElementSpec]) -> bool:
+    """Whether a hysteresis beside a whole curve has no loop: it corrects that curve."""
+    return _has_no_loop(values) and any(o.curve == Curve.WHOLE for o in others)
 
 
 ROWS: Final = (
@@ -212,6 +217,7 @@ ROWS: Final = (
         starts=_tanh_starts,
         by_position=True,
         curve=Curve.WHOLE,
+        unlikely=_has_no_loop,
         denied=_without_loop,
     ),
     ElementSpec(
