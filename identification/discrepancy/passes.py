@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from identification.criteria import CHANCE, FORM
+from identification.criteria import FORM
 from identification.discrepancy.evidence import Evidence, excess_on
 from identification.discrepancy.excess import excess_of, is_seen
 from identification.discrepancy.naming import (
@@ -144,24 +144,18 @@ def _refused(stands: Search, withheld: Sequence[Evidence]) -> list[str]:
 
 
 def _standing(found: Search, records: Sequence[Record], held_out: Sequence[Record]) -> Found:
-    """The names of a search that stand; those of the latest earlier step of which one does, where none of the last one
-    stands, or where that step fits better with no more names.
+    """The names of a search that stand; where none of the last step stands, those of the latest one of which one does;
+    and those of an earlier step where one stands beside all these.
 
-    A name that stood alone may have been exchanged for one that fits only beside a name that does not stand.
+    A name that stood alone may have been exchanged for one that fits only beside a name that does not stand, or share
+    its effect with one that came after it.
     """
     first = stands, _, withheld = _judged(found, records, held_out)
     if stands.names and not withheld:
         return first
-    shorter = [before for before, _ in steps(found) if before.names and _is_better(before, stands)]
-    if stands.names:
-        shorter = [before for before in shorter if len(before.names) <= len(stands.names)]
+    shorter = (before for before, _ in steps(found) if set(before.names) > set(stands.names))
     judged = (_judged(before, records, held_out) for before in shorter)
-    return next((j for j in judged if j[0].names and _is_better(j[0], stands)), first)
-
-
-def _is_better(earlier: Search, stands: Search) -> bool:
-    """Whether the names of an earlier step fit better than those that stand, if any."""
-    return not stands.names or earlier.excess < stands.excess - CHANCE.slack
+    return next((j for j in judged if set(j[0].names) > set(stands.names)), first)
 
 
 def _judged(found: Search, records: Sequence[Record], held_out: Sequence[Record]) -> Found:

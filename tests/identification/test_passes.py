@@ -150,18 +150,17 @@ def test_a_departure_of_form_is_no_larger_where_a_pass_has_looked_for_it(monkeyp
     assert passes.within is more
 
 
-def test_a_name_that_another_one_replaced_beside_one_that_does_not_stand_comes_back(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_name_that_shares_its_effect_with_a_later_one_stands_without_that(monkeypatch: pytest.MonkeyPatch) -> None:
     records = records_with("linear_stiffness")
-    sprung = found_with("linear_stiffness", records=records)
-    replaced = replace(found_with("force_offset", "moving_mass", records=records), before=sprung)
-    offset = replace(found_with("force_offset", records=records), before=sprung)
-    dropped = [e for e in gather(replaced, records, records) if e.name == "moving_mass"]
-    judged = {2: (offset, [], dropped), 1: (sprung, gather(sprung, records, records), [])}
-    monkeypatch.setattr(PASSES, "search", lambda *_, **__: replaced)
+    alone = found_with("force_offset", records=records)
+    earlier = found_with("force_offset", "linear_stiffness", records=records)
+    last = replace(found_with("force_offset", "linear_stiffness", "moving_mass", records=records), before=earlier)
+    shared = [e for e in gather(last, records, records) if e.name != "force_offset"]
+    judged = {3: (alone, [], shared), 2: (earlier, gather(earlier, records, records), [])}
+    monkeypatch.setattr(PASSES, "search", lambda *_, **__: last)
     monkeypatch.setattr(PASSES, "drop_doubtful", lambda found, *_: judged[len(found.names)])
+    monkeypatch.setattr(PASSES, "merge_names", lambda found, _: found)
     stands, stated, withheld = PASSES.one_pass(BASE, fit_records(BASE, records), (), (), records, records, str)
-    assert stands.names == ("linear_stiffness",)
-    assert [e.name for e in stated] == ["linear_stiffness"]
+    assert stands.names == ("force_offset", "linear_stiffness")
+    assert [e.name for e in stated] == ["force_offset", "linear_stiffness"]
     assert withheld == []
