@@ -94,13 +94,16 @@ def search_from(
     """Add names to `state` while one closes enough of the gap, and revise the earlier ones after each.
 
     The records are compact. Where no name can be added, one earlier name is exchanged, once, for one that fits better.
-    The search ends where one of `others` has been, as it would go the same way, and where it is behind one.
+    The search ends where one of `others` or it has been, as it would go the same way, and where it is behind one.
     """
-    swapped = False
+    swapped, own = False, list[Search]()
     been = [s for other in others for s in (other, *(before for before, _ in steps(other)))]
     while not state.full and gap_remains(state, records):
-        if any(_is_at(state, b) or _is_behind(state, b) for b in been) or _leads_nowhere(state):
+        if any(_is_at(state, b) for b in (*been, *own)) or any(_is_behind(state, b) for b in been):
             break
+        if _leads_nowhere(state):
+            break
+        own.append(state)
         report(f"{len(state.names)} named so far, the gap is {_ratio_to_noise(state):.1f} × the noise of a mean period")
         improved = improve_once(state, records)
         if improved is None and not swapped and (otherwise := _swap_in_better_fit(state)) is not None:
@@ -208,7 +211,9 @@ def _add_best(
     chosen = choose([t for t in found if t.name not in state.gone])
     if chosen is None or state.excess - chosen.excess < FORM.helps * state.excess:
         return None
-    return add_name(state, chosen, found, records, revise)
+    improved = add_name(state, chosen, found, records, revise)
+    more = len(improved.names) > len(state.names)  # where simpler names then took the place of others, still one more?
+    return None if more and state.excess - improved.excess < FORM.helps * state.excess else improved
 
 
 def add_name(

@@ -15,7 +15,7 @@ from identification.fitting.leastsquares import fit_records
 from identification.physical.model import Element, element
 from identification.record import Record
 from tests.identification.specimens import AS_SIMULATED as BASE
-from tests.identification.specimens import records_with
+from tests.identification.specimens import found_with, records_with
 
 
 def first_trials() -> tuple[list[Record], Search, list[Trial]]:
@@ -195,3 +195,30 @@ def test_what_is_missing_without_a_name_is_no_more_than_the_search_left_without_
     assert excess_of(rest) > 2.0 * bare.excess, "the case is one of a name that does harm alone"
     tried = naming.repeat_trials(both, "moving_mass", records, trials=lambda *_, **__: [])
     assert tried.compared["moving_mass"].without is bare.fit
+
+
+def test_a_search_ends_where_it_has_been(monkeypatch: pytest.MonkeyPatch) -> None:
+    records = records_with("moving_mass")
+    one, other = (found_with(name, records=records) for name in ("force_offset", "linear_stiffness"))
+    asked: list[tuple[str, ...]] = []
+
+    def back_and_forth(state: Search, _: object) -> Search:
+        asked.append(state.names)
+        return other if state.names == one.names else one
+
+    monkeypatch.setattr(naming, "improve_once", back_and_forth)
+    last = naming.search_from(one, records, str)
+    assert asked == [one.names, other.names]
+    assert last.names == one.names
+
+
+@pytest.mark.parametrize("closes", [True, False])
+def test_a_further_name_still_closes_much_after_simpler_ones_took_the_place_of_others(closes: bool) -> None:
+    records = records_with("linear_stiffness")
+    state = found_with("moving_mass", records=records)
+    useless = found_with("moving_mass", "force_offset", records=records)
+
+    def revise(improved: Search, _: object) -> Search:
+        return improved if closes else useless
+
+    assert (naming.improve_once(state, records, revise=revise) is not None) == closes
