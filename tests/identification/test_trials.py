@@ -62,3 +62,24 @@ def test_a_test_on_which_a_gradient_diverges_is_worth_nothing() -> None:
     known = nexttest._known(BASE, best, records)
     beyond = replace(new, motion=replace(new.motion, a=np.full(new.motion.a.size, 1e200)))
     assert nexttest._worth(BASE, best, known, beyond) is None
+
+
+@pytest.mark.parametrize(("left", "chosen"), [(0.3, "bouc_wen"), (0.9, "presliding_friction")])
+def test_a_hysteresis_that_leaves_less_than_half_is_named_and_not_its_limit(left: float, chosen: str) -> None:
+    records = records_with("coulomb_friction")
+    base = fit_records(BASE, records, max_iterations=0)
+    limit, richer = (
+        trials.trial_of(fit_records(BASE.with_element(e), records, max_iterations=0), e.id, base, records, 1.0)
+        for e in (
+            element("presliding_friction", {"sigma": 2e4, "f_c": 15.0}),
+            element("bouc_wen", {"alpha": 2e4, "A": 1.0, "n": 1.5, "beta": 500.0, "gamma": 900.0}),
+        )
+    )
+    seen = CHANCE.at_noise * base.samples
+    limit, richer = (
+        replace(t, excess=10.0 * share * seen, formed=1e4 * seen, closed=1e4 * seen)
+        for t, share in ((limit, 1.0), (richer, left))
+    )
+    best = trials.choose([limit, richer])
+    assert best is not None
+    assert best.name == chosen
