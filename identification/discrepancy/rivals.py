@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf
 
+from identification.discrepancy.excess import excess_of
 from identification.discrepancy.naming import Search
 from identification.discrepancy.trials import Trial, allowance, complexity
 
@@ -36,11 +37,17 @@ def margin_of(rivals: list[Rival]) -> float:
 
 
 def beside_a_curve(found: Search, name: str) -> bool:
-    """Whether a name is a bent curve over velocity and the base has one too, whose form may be what is wrong.
+    """Whether a name is a curve over velocity beside another one, of the base or of a name that closes more, whose form
+    may be what is wrong.
 
     A straight one has no form to be wrong: a bend beside it is what it lacks.
     """
-    return found.fit.model.element(name).spec.bent and any(e.spec.bent for e in found.given.on("core"))
+    own = found.fit.model.element(name).spec
+    if not own.shaped:
+        return False
+    missing = {n: excess_of(c.without) for n, c in found.compared.items() if n in found.names}
+    larger = (found.fit.model.element(n).spec for n in found.names if missing[n] > missing[name])
+    return any(e.spec.bent for e in found.given.on("core")) or any(s.shaped for s in larger)
 
 
 def _rival(chosen: Trial, other: Trial) -> Rival:

@@ -203,9 +203,14 @@ class ElementSpec:
         return self.curve in (Curve.LAW, Curve.WHOLE)
 
     @property
+    def shaped(self) -> bool:
+        """Whether the force is a bent curve over velocity: two of them may be taken for one another."""
+        return self.curve is not None and not (self.linear_in_velocity or self.memory)
+
+    @property
     def bent(self) -> bool:
-        """Whether the force is a bent curve over velocity alone: two of them may be taken for one another."""
-        return self.curve is not None and not (self.linear_in_velocity or self.needs_current or self.memory)
+        """The same over velocity alone, at any current."""
+        return self.shaped and not self.needs_current
 
     @property
     def constant_force(self) -> bool:
