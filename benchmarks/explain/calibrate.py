@@ -29,6 +29,7 @@ from identification.discrepancy.confidence import DOUBTS, Features, Table, confi
 from identification.discrepancy.confidence_table import PATH, table_to_json
 
 STATED = FORM.min_confidence
+SURE_AND_RIGHT = 0.99  # share of the names stated as sure that is to be right
 _PENALTY = 1.0  # on half the squared weights of the doubts in units of their scatter: each is of the order of one
 
 Floats = NDArray[np.float64]
@@ -82,15 +83,27 @@ def fitted(names: Sequence[JudgedName], penalty: float = _PENALTY) -> Table:
     bounds = [(None, None), *[(0.0, None)] * len(DOUBTS)]
     best = minimize(loss, np.zeros(1 + len(DOUBTS)), jac=True, method="L-BFGS-B", bounds=bounds)
     weights = dict(zip(DOUBTS, (best.x[1:] / scale).tolist(), strict=True))
-    free = Table(without_doubt=float(best.x[0]), weights=weights, most=(1.0, 1.0), names=len(names))
+    free = Table(
+        without_doubt=float(best.x[0]), weights=weights, most=(1.0, 1.0), sure_from=CONFIDENT, names=len(names)
+    )
     one, two = (_borne_out([n for n in names if n.features.runs <= runs], free) for runs in (1, 2))
-    return replace(free, most=(min(one, two), two))
+    limited = replace(free, most=(min(one, two), two))
+    return replace(limited, sure_from=_sure_from(names, limited))
 
 
 def _borne_out(names: Sequence[JudgedName], table: Table) -> float:
     """The most that so many names can bear out: (right + 1)/(stated + 2), Laplace's rule of succession."""
     stated = [n.true for n in names if confidence(n.features, table) >= STATED]
     return (sum(stated) + 1) / (len(stated) + 2)
+
+
+def _sure_from(names: Sequence[JudgedName], table: Table) -> float:
+    """The least confidence of 0.9 or more from which nearly all names are right; 1 where there is none."""
+    said = np.array([confidence(n.features, table) for n in names])
+    order = np.argsort(-said)
+    share = np.cumsum([names[k].true for k in order]) / np.arange(1, len(names) + 1)
+    enough = said[order][(share >= SURE_AND_RIGHT) & (said[order] >= CONFIDENT)]
+    return float(min(enough, default=1.0))
 
 
 def reliability(confidences: Sequence[float], true: Sequence[bool]) -> str:
@@ -150,6 +163,7 @@ def main() -> None:
     table = fitted([n for n in names if n.seed % 2 == 0])
     print(shown(names, table))
     print("at most {:.2f} from one run, {:.2f} from two".format(*table.most))
+    print(f"sure from {table.sure_from:.3f}")
     print(f"log odds without a doubt {table.without_doubt:.2f}; weights of the doubts:")
     print("\n".join(f"  {name:<20}{weight:.3f}" for name, weight in table.weights.items()))
     if arguments.write:

@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import exp, inf, isfinite, log, log1p
 
-from identification.criteria import CHANCE, FORM
+from identification.criteria import CHANCE, FORM, TEXT
 from identification.errors import ConfidenceTableError
 
 _NO_HELP = 1.5  # share left with a name that is worse than none: no larger one says more
 _LARGE = 500.0  # log odds whose exponential can still be taken
+_NEARLY_SURE = TEXT.sure - 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +62,7 @@ class Table:
     without_doubt: float
     weights: Mapping[str, float]  # of each doubt, ≥ 0
     most: tuple[float, float]  # that one run, and two, can bear out: steadiness from run to run is hardly seen there
+    sure_from: float  # probability from which names are nearly all right: below it none is called sure
     names: int  # judged names that it was fitted to
 
     def __post_init__(self) -> None:
@@ -71,15 +73,21 @@ class Table:
                 raise ConfidenceTableError(f"weight of {name} is {weight}: it must be finite and not negative")
         if not 0.0 <= self.most[0] <= self.most[1] <= 1.0:
             raise ConfidenceTableError(f"most is {self.most}: it must be two probabilities, the larger one last")
+        if not TEXT.sure <= self.sure_from <= 1.0:
+            raise ConfidenceTableError(f"sure_from is {self.sure_from}: it must be from {TEXT.sure} to 1")
         if not isfinite(self.without_doubt):
             raise ConfidenceTableError(f"without_doubt is {self.without_doubt}: it must be finite")
 
 
 def confidence(features: Features, table: Table) -> float:
-    """Probability that a name is true: 1/(1 + e^-z), z = z₀ - Σ wₖ dₖ over its doubts d; no more than its runs bear."""
+    """Probability that a name is true: 1/(1 + e^-z), z = z₀ - Σ wₖ dₖ over its doubts d; no more than its runs bear.
+
+    A probability of 0.9 or more is taken for certainty: below `sure_from`, 0.89 is stated instead.
+    """
     against = sum(table.weights[name] * d for name, d in doubts(features).items())
     z = max(min(table.without_doubt - against, _LARGE), -_LARGE)
-    return min(1.0 / (1.0 + exp(-z)), (*table.most, 1.0)[min(max(features.runs, 1), 3) - 1])
+    borne_out = min(1.0 / (1.0 + exp(-z)), (*table.most, 1.0)[min(max(features.runs, 1), 3) - 1])
+    return borne_out if borne_out >= table.sure_from else min(borne_out, _NEARLY_SURE)
 
 
 def confidence_without_rival(runs: int, table: Table) -> float:

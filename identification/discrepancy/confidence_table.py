@@ -12,7 +12,7 @@ from identification.criteria import FORM
 from identification.discrepancy.confidence import Table
 from identification.errors import ConfidenceTableError
 
-FORMAT, FORMAT_VERSION = "damper-rig/confidence-table", 1
+FORMAT, FORMAT_VERSION = "damper-rig/confidence-table", 2
 PATH = Path(__file__).with_name("confidence.json")
 
 
@@ -42,6 +42,7 @@ def table_to_json(table: Table) -> dict[str, Any]:  # Any: JSON
         "without_doubt": table.without_doubt,
         "weights": dict(table.weights),
         "most": list(table.most),
+        "sure_from": table.sure_from,
     }
 
 
@@ -62,6 +63,7 @@ def _table(data: Any) -> Table:  # Any: parsed JSON, of any shape
         without_doubt=_number("without_doubt", data.get("without_doubt")),
         weights={name: _number(f"weights.{name}", w) for name, w in weights.items()},
         most=(_number("most.0", most[0]), _number("most.1", most[1])),
+        sure_from=_number("sure_from", data.get("sure_from")),
         names=int(_number("names", data.get("names"))),
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def drawn(rng: np.random.Generator, truth: Table, seed: int) -> JudgedName:
 
 
 WEIGHTS = {**dict.fromkeys(DOUBTS, 0.0), "scatter": 1.5, "few_runs": 4.0}
-TRUTH = Table(without_doubt=6.0, weights=WEIGHTS, most=(1.0, 1.0), names=1)
+TRUTH = Table(without_doubt=6.0, weights=WEIGHTS, most=(1.0, 1.0), sure_from=0.9, names=1)
 RNG = np.random.default_rng(5)
 NAMES = [drawn(RNG, TRUTH, seed) for seed in range(3000)]
 
@@ -35,8 +35,11 @@ def test_the_fit_comes_back_to_what_the_names_were_drawn_from() -> None:
     assert all(w >= 0.0 for w in table.weights.values())
     assert table.names == len(NAMES)
     several = [n for n in NAMES if n.features.runs > 2]
-    said = [confidence(n.features, table) for n in several]
+    said = [confidence(n.features, replace(table, sure_from=0.9)) for n in several]
     assert expected_calibration_error(said, [n.true for n in several]) < 0.02
+    sure = [n.true for n in NAMES if confidence(n.features, table) >= 0.9]
+    assert len(sure) > 100
+    assert np.mean(sure) >= 0.99
 
 
 def test_a_doubt_that_only_right_names_have_gets_no_weight() -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from math import inf
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -24,9 +25,9 @@ FEATURES = st.builds(
 TABLES = st.builds(
     Table, without_doubt=st.floats(-10.0, 10.0), names=st.integers(0, 1000),
     most=st.tuples(SHARES, SHARES).map(lambda most: (min(most), max(most))),
-    weights=st.fixed_dictionaries({d: st.floats(0.0, 10.0) for d in DOUBTS}),
+    weights=st.fixed_dictionaries({d: st.floats(0.0, 10.0) for d in DOUBTS}), sure_from=st.floats(0.9, 1.0),
 )  # fmt: skip
-EVERY_DOUBT = Table(without_doubt=5.0, weights=dict.fromkeys(DOUBTS, 0.3), most=(0.7, 0.9), names=100)
+EVERY_DOUBT = Table(without_doubt=5.0, weights=dict.fromkeys(DOUBTS, 0.3), most=(0.7, 0.9), sure_from=0.9, names=100)
 SURE = Features(
     spread=0.01, runs=6, left_beside=0.01, left_held_out=0.01, margin=5.0, own_share=0.8, beside_curve=False,
 )  # fmt: skip
@@ -92,8 +93,17 @@ def test_the_same_scatter_is_less_of_a_doubt_the_more_runs_show_it() -> None:
 
 
 def test_one_run_gives_no_more_confidence_than_the_table_says() -> None:
-    table = Table(without_doubt=50.0, weights=dict.fromkeys(DOUBTS, 0.0), most=(0.7, 0.9), names=100)
+    table = Table(without_doubt=50.0, weights=dict.fromkeys(DOUBTS, 0.0), most=(0.7, 0.9), sure_from=0.9, names=100)
     assert [confidence(replace(SURE, runs=runs), table) for runs in (0, 1, 2, 3)] == [0.7, 0.7, 0.9, 1.0]
+
+
+def test_a_name_is_called_sure_only_from_where_such_names_were_right() -> None:
+    table = Table(without_doubt=5.0, weights={**dict.fromkeys(DOUBTS, 0.0), "left_held_out": 5.0}, most=(1.0, 1.0),
+                  sure_from=0.95, names=100)  # fmt: skip
+    said = [confidence(replace(SURE, left_held_out=left), table) for left in np.linspace(0.0, 1.5, 200)]
+    assert not any(0.9 <= c < 0.95 for c in said)
+    assert sum(c == pytest.approx(0.89) for c in said) > 2
+    assert max(said) > 0.95
 
 
 def test_a_table_comes_back_from_its_file(tmp_path: Path) -> None:
@@ -110,10 +120,12 @@ def test_the_table_in_use_can_be_read() -> None:
     ("change", "says"),
     [
         ({"format": "another"}, "format must be damper-rig/confidence-table"),
-        ({"format_version": 2}, "version 1"),
+        ({"format_version": 1}, "version 2"),
         ({"form_tolerance": 0.05}, "form_tolerance is 0.05 and not 0.06: fit the table again"),
         ({"weights": {"scatter": 1.0}}, "weights of scatter: they must be of scatter"),
         ({"weights": None}, "weights must be an object"),
+        ({"sure_from": 0.5}, "sure_from is 0.5: it must be from 0.9 to 1"),
+        ({"sure_from": None}, "sure_from is None: it must be a number"),
         (
             {"weights": {**EVERY_DOUBT.weights, "rivalry": -1.0}},
             "weight of rivalry is -1.0: it must be finite and not neg",
