@@ -119,9 +119,10 @@ class Form:
 
     disproportionate: float = 3.0
     """Factor beyond which two sizes do not go together: an element's force and the measured one (most of it then
-    cancels what the base took on), a fitted parameter of the base and its given value, odd and even part of a curve,
-    the speed over which a friction builds up and the lowest typical one. Half: large effects on a base that is off by a
-    third are refused; double: elements are named that cancel the base. A convention."""
+    cancels what the base took on), a fitted parameter of the base and its given value, what a bend takes from the slope
+    of the force and that slope, odd and even part of a curve, the speed over which a friction builds up and the lowest
+    typical one. Half: large effects on a base that is off by a third are refused; double: elements are named that
+    cancel the base. A convention."""
 
     minor: float = 0.3
     """Share that is a minor part of a whole: correlation of force and velocity without a clear sign; force that a model

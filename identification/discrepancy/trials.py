@@ -39,6 +39,8 @@ class Trial:
     force: float  # the measured force, N rms
     stroke: float  # the longest, m
     swing: float  # the largest of the current within one record, A
+    speed: float  # rms, m/s
+    current: float  # mean, A
 
     @property
     def own(self) -> Element:
@@ -292,6 +294,8 @@ def trial_of(fit: Fit, own_id: str, start: Fit, records: Sequence[Record], scree
         force=float(np.sqrt(np.mean(np.concatenate([r.measured for r in records]) ** 2))),
         stroke=max(float(np.ptp(r.motion.x)) for r in records),
         swing=max(float(np.ptp(r.motion.i)) for r in records),
+        speed=float(np.sqrt(np.mean(np.concatenate([r.motion.v[r.window] for r in records]) ** 2))),
+        current=float(np.mean(np.concatenate([r.motion.i[r.window] for r in records]))),
     )
 
 
@@ -411,7 +415,10 @@ def is_mistaken(trial: Trial) -> bool:
     """Whether the fit made of the element what another one is, such as a play that only gives way."""
     own = trial.own
     others = [e.spec for e in trial.fit.model.elements if e is not own]
-    around = Surroundings(others=others, force=trial.force, stroke=trial.stroke, swing=trial.swing)
+    around = Surroundings(
+        others=others, force=trial.force, stroke=trial.stroke, swing=trial.swing, speed=trial.speed,
+        current=trial.current,
+    )  # fmt: skip
     return own.spec.mistaken is not None and own.spec.mistaken(own.values(), around)
 
 

@@ -8,9 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from identification.discrepancy import explain
+from identification.discrepancy.trials import is_mistaken, trial_of
+from identification.fitting.leastsquares import fit_records
 from identification.physical.elements.equations.damping import Relief, relief
 from identification.physical.elements.equations.point import Point
 from identification.physical.model import Model, element
+from identification.record import compact, record_from_run
 from rigctl.runfile import Run
 from tests.identification.ordinary import Floats, motion, recorded
 
@@ -75,3 +78,14 @@ def test_a_yield_force_that_follows_the_current_is_no_bend_of_a_dashpot_that_doe
     runs = [yielding(40 + k, *p) for k, p in enumerate(plan)]
     found = explain(dashpot, runs[:4], runs[4:])
     assert [e.element for e in found.effects] == ["tanh_hysteresis"]
+
+
+@pytest.mark.parametrize(("drop", "gain", "refused"), [(500.0, 500.0, False), (500.0, 5e4, True), (5e4, 0.0, True)])
+def test_a_bend_that_takes_several_times_the_slope_of_the_force_is_a_yield_force(
+    drop: float, gain: float, refused: bool
+) -> None:
+    records = [compact(record_from_run(controlled(k, 0.03, 1.0))) for k in range(2)]
+    base = fit_records(LINEAR, records, max_iterations=0)
+    valve = element("relief_valve", {"c_drop": drop, "w_knee": 0.1, "c_drop_control": gain})
+    fit = fit_records(LINEAR.with_element(valve), records, max_iterations=0)
+    assert is_mistaken(trial_of(fit, "relief_valve", base, records, 0.0)) == refused

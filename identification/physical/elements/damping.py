@@ -15,6 +15,7 @@ from identification.physical.elements.spec import (
     Family,
     ParameterSpec,
     Remedy,
+    Surroundings,
     Values,
 )
 
@@ -54,6 +55,12 @@ def _relief_starts(s: Scales) -> Sequence[Values]:
 
 def _tanh_starts(s: Scales) -> Sequence[Values]:
     return [{"alpha": s.gap, "alpha_control": 0.0, "beta": 1.0 / w, "delta": 0.2} for w in (s.speeds[0], s.speeds[1])]
+
+
+def _is_yield(values: Values, around: Surroundings) -> bool:
+    """Whether a bend takes several times the slope that force over velocity has: such a curve yields near rest."""
+    drop = values["c_drop"] + values["c_drop_control"] * around.current
+    return drop * around.speed > FORM.disproportionate * around.force
 
 
 def _has_no_loop(values: Values) -> bool:
@@ -152,6 +159,7 @@ ROWS: Final = (
             ParameterSpec("w_round", "m/s", default=0.0, refinement=True, remedy=Remedy.SPEEDS),
         ),
         starts=_relief_starts,
+        mistaken=_is_yield,
         curve=Curve.BEND,
     ),
     ElementSpec(

@@ -88,6 +88,8 @@ class Surroundings:
     force: float  # the measured one, N rms
     stroke: float  # the longest, m
     swing: float  # the largest of the current within one run, A
+    speed: float  # rms, m/s
+    current: float  # mean, A
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
