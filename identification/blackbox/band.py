@@ -10,14 +10,12 @@ from numpy.typing import NDArray
 
 from identification.errors import ModelError
 from identification.models.band import HIGHEST, LEVEL, LOWEST, check_level
+from identification.models.simulation import LARGEST_FORCE
 
 Floats = NDArray[np.float64]
 
 LEVELS = (LOWEST, 0.6, 0.7, 0.8, 0.85, LEVEL, 0.95, 0.975, HIGHEST)
 """Levels whose factors are kept; between them they are interpolated."""
-
-# Floor, N, and factors: a product of two is still a number. Half or double: nothing, no machine comes near.
-_LARGEST = 1e12
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +39,8 @@ class Band:
             raise ModelError(f"band.factors has {len(self.factors)} entries: one for each of {len(LEVELS)} levels")
         if not np.all(np.isfinite(self.factors)) or self.factors[0] < 0.0 or np.any(np.diff(self.factors) < 0.0):
             raise ModelError("band.factors must be finite, not negative, and rise with the level")
-        if max(self.floor, *self.factors) > _LARGEST:
-            raise ModelError(f"band: floor and factors must lie below {_LARGEST:g}: no machine has such a force")
+        if max(self.floor, *self.factors) > LARGEST_FORCE:
+            raise ModelError(f"band: floor and factors must lie below {LARGEST_FORCE:g}: no machine has such a force")
 
     def half_width(self, spread: Floats, level: float, outside: Floats | float = 0.0) -> Floats:
         """Half-width at each sample, (N,), N; raises DataError for a level that is not kept."""

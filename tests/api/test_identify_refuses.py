@@ -42,6 +42,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "pushed": with_channel(driven, "force_wanted", 5e4 + driven.channels["force"], "N"),
         "still": with_channel(driven, "displacement", np.zeros(x.size), "m"),
         "dead": with_channel(driven, "force", np.full(x.size, 7.0), "N"),
+        "faint": with_channel(driven, "force", 1e-300 * driven.channels["force"], "N"),
+        "minute": with_channel(driven, "displacement", 1e-300 * x, "m"),
         "two": cut(driven, 2),
         "forceless": without(driven, "force"),
     }
@@ -71,6 +73,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             ["current is displacement times a constant", "leave one of them out of the regressors"],
         ),
         (["identify", "mlp", "still.h5"], ["still.h5", "displacement"]),
+        (["identify", "hybrid", "faint.h5"], ["faint.h5: channel 'force' is frozen at"]),
+        (["identify", "hybrid", "minute.h5"], ["minute.h5: channel 'displacement' is frozen at"]),
         (
             ["identify", "nnoe", "driven.h5", "faster.h5"],
             ["faster.h5 has 500 Hz, driven.h5 200 Hz", "one sample rate", "(--rate)"],
