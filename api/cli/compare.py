@@ -43,9 +43,9 @@ def compare(
     choice = fmu_choice(models, fmu_input, fmu_output, fmu_set)
     loaded = [load_model(path, choice) for path in models]
     measured = read_runs(runs)
-    warn(measured)
     with progress_bar("comparing") as tell:
         found = compared(loaded, measured, labels=_labels(models), on_progress=tell)
+    warn(measured)  # only now: a refusal is one line
     write_comparison(output, found)
     answer(f"{comparison_text(found)}\n{output}", comparison_data(found) | {"file": str(output)}, as_json=as_json)
 

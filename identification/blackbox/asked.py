@@ -65,8 +65,8 @@ def layers_asked(
 
 def _counts(text: str) -> tuple[int, ...]:
     parts = [part.strip() for part in text.split(",")]
-    if not all(part.isdecimal() and len(part) < 6 for part in parts):
-        raise DataError(f"layers are {text!r}: give the nodes of each hidden layer, such as 14, or 14,8 for two")
+    if not all(part.isascii() and part.isdecimal() and len(part) < 6 for part in parts):
+        raise DataError(f"layers are {text!r:.60}: give the nodes of each hidden layer, such as 14, or 14,8 for two")
     return tuple(map(int, parts))
 
 
