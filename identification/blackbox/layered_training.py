@@ -32,7 +32,7 @@ Told = Callable[[float, str], None]
 _LEARNED, _STEPS, _TOLERANCE = 10_000, 60, 1e-4
 
 # Starts of a network that feeds its force back. Of 72 starts, six of each of 12 settings on measured runs, three ran
-# freely with less than half of the fit of the best. Half: a lost one is met in the same settings; double: twice the time.
+# freely with less than half of the fit of the best. Half: all may be lost; double: twice the time.
 _STARTS = 5
 
 

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from identification.blackbox import Layers, Structure, identify, layers_asked, regressors
 from identification.blackbox.activations import ACTIVATIONS
 from identification.blackbox.evolution import POPULATION, evolve
-from identification.blackbox.layered import LayeredNarx
 from identification.blackbox.given import given as given_runs
+from identification.blackbox.layered import LayeredNarx
 from identification.blackbox.layered_training import (
     Layered,
     layered,
