@@ -186,5 +186,6 @@ def check_rate(name: str, trained: float, given: float) -> None:
     if abs(given / trained - 1.0) > _SAME_RATE:
         raise SimulationError(
             f"'{name}' was identified at {1.0 / trained:.6g} Hz and the run has {1.0 / given:.6g} Hz: "
-            f"identify the model again with --rate {1.0 / given:.6g}"
+            f"identify the model again with --rate {1.0 / given:.6g}, "
+            f"or resample the run with --rate {1.0 / trained:.6g}"
         )

@@ -17,7 +17,7 @@ from identification.models.band import covered, half_width_of
 from identification.models.inputs import is_periodic, motion_of, periods, settling_periods, with_measured
 from identification.models.measures import Score, score_signals
 from identification.models.motion import Motion
-from identification.models.protocol import SimulationModel
+from identification.models.protocol import OfRuns, SimulationModel
 from identification.models.simulation import check_inputs, for_every_sample, force_along, name_of
 from identification.noise import between_periods
 from identification.period import with_period_seen
@@ -210,6 +210,7 @@ def _course(run: Run) -> Course:
 
 def _cell(model: SimulationModel, course: Course, clock: Clock) -> Cell:
     run, motion = course.run, with_measured(course.motion, course.run, model.inputs)
+    model = model.bound_to(run) if isinstance(model, OfRuns) else model
     ranged = model.training_range
     left = None if ranged is None else ranged.left(motion)
     try:

@@ -103,7 +103,7 @@ class MultiAxis:
         if abs(run.sample_rate_hz / self.rate_hz - 1.0) > 1e-6:
             raise SimulationError(
                 f"'{self.name}' was identified at {self.rate_hz:.6g} Hz and {name_of(run)} has "
-                f"{run.sample_rate_hz:.6g} Hz: record it at the rate of the model"
+                f"{run.sample_rate_hz:.6g} Hz: record it at the rate of the model, or resample it with --rate"
             )
         lacking = next((axis for axis in self.axes if axis not in run.channels), None)
         if lacking is not None:

@@ -169,6 +169,11 @@ def test_runs_of_two_rates_are_resampled_on_request(place: Path, capsys: pytest.
     capsys.readouterr()
     assert main(["simulate", "both.json", "driven.h5", "-o", "out.h5"]) == 2
     assert "identified at 100 Hz" in capsys.readouterr().err
+    assert main(["simulate", "both.json", "driven.h5", "--rate", "100", "-o", "out.h5"]) == 0
+    assert (read_run(Path("out.h5")).sample_rate_hz, read_run(Path("out.h5")).samples) == (100.0, 450)
+    assert main(["compare", "both.json", "--runs", "driven.h5", "--rate", "100", "-o", "out.html", "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out.partition("\n")[2])["models"]
+    assert row["fit"] > 30.0
 
 
 @pytest.mark.parametrize(
