@@ -22,7 +22,7 @@ from identification.blackbox.polynomial import PolynomialNarx
 from identification.blackbox.recipes import NODES, RECIPES
 from identification.blackbox.samples import Course
 from identification.blackbox.structure import Structure
-from identification.blackbox.terms import first_that_forgets, judge_polynomials, left_out, on_all, within
+from identification.blackbox.terms import best_on_all, judge_polynomials, left_out, on_all, within
 from identification.compute.blas import one_blas_thread
 from identification.models.band import covered, half_width_of
 from identification.models.measures import score_signals
@@ -125,14 +125,15 @@ def _polynomial(
 ) -> tuple[PolynomialNarx, list[Judged], float]:
     """The polynomial that was judged best, on all courses, how all were judged, and what its band should hold.
 
-    One whose free run does not forget its start is passed over, where any of the best forgets.
+    One whose free run on all courses does not forget its start, or is farther off than that of another in
+    cross-validation, is passed over.
     """
     scales, dt = scales_for(courses, tried), courses[0].motion.dt
     judged = judge_polynomials(
         tried, courses, scales, dt, tell=lambda done, of: say(0.9 * done / of, "cross-validation")
     )
-    whole = (on_all(one, courses, scales, dt) for one, _ in judged[:_PASSED_OVER])
-    best = judged.pop(first_that_forgets(whole, courses) or 0)
+    whole = ((error, on_all(one, courses, scales, dt)) for one, error in judged[:_PASSED_OVER])
+    best = judged.pop(best_on_all(whole, courses) or 0)
     model = within(on_all(best[0], courses, scales, dt), courses)
     parts = left_out(best[0], courses, scales, dt)
     ordered = [Judged(one, error) for one, error in (best, *judged)]
