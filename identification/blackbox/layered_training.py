@@ -16,6 +16,7 @@ from identification.blackbox.evolution import evolve
 from identification.blackbox.folds import Fold, folds_of
 from identification.blackbox.layered import LayeredNarx
 from identification.blackbox.layers import Layers, Predictor, Rows, first_layer_weights, rows_of, span_of
+from identification.blackbox.leftout import left_out_of
 from identification.blackbox.levenberg import Trained, train
 from identification.blackbox.networks import scales_for
 from identification.blackbox.samples import Course, samples_of
@@ -161,7 +162,7 @@ def _errors(task: tuple[Layered, Fold], scales: Scales) -> tuple[LeftOut, float]
     one, fold = task
     model = train_layered(one, fold.learned, scales, seed=0)
     shown = [course.judged() for course in fold.shown]
-    errors = np.concatenate([(course.force - model.along(course))[course.counted] for course in shown])
+    part = left_out_of([(course, model.along(course), 0.0) for course in shown])
     force = np.concatenate([course.force[course.counted] for course in shown])
     spread = (force - scales[FORCE].centre) / scales[FORCE].size
-    return LeftOut(errors, np.zeros(errors.size)), float(spread @ spread)
+    return part, float(spread @ spread)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from identification.blackbox.band import LeftOut
 from identification.blackbox.folds import Fold, folds_of, stretch_of
+from identification.blackbox.leftout import left_out_of
 from identification.blackbox.polynomial import (
     PolynomialNarx,
     Term,
@@ -123,9 +124,7 @@ def left_out(best: Polynomial, courses: Sequence[Course], scales: Scales, dt: fl
     for fold in folds_of(courses):
         terms = ranking(best.structure, best.degree, fold.learned, scales)[: best.terms]
         model = within(polynomial_of(best.structure, terms, fold.learned, scales, dt), fold.learned)
-        shown = map(Course.judged, fold.shown)
-        errors = np.concatenate([(one.force - model.along(one))[one.counted] for one in shown])
-        parts.append(LeftOut(errors, np.zeros(errors.size)))
+        parts.append(left_out_of([(one, model.along(one), 0.0) for one in map(Course.judged, fold.shown)]))
     return parts
 
 
