@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.blackbox.band import LeftOut, band_of, coverage_of
+from identification.blackbox.band import LeftOut
 from identification.blackbox.choose import Judged, in_order
 from identification.blackbox.evolution import evolve
 from identification.blackbox.folds import Fold, folds_of
@@ -54,8 +54,8 @@ class Layered:
 
 def layered(
     candidates: Sequence[Layered], courses: Sequence[Course], say: Told
-) -> tuple[LayeredNarx, list[Judged], float]:
-    """The network of the best candidate on all courses, how all were judged, and what share its band should hold.
+) -> tuple[LayeredNarx, list[Judged], list[LeftOut]]:
+    """The network of the best candidate on all courses, how all were judged, and what was left out shows of it.
 
     All are judged without an evolution first; where one is asked for, the best is judged with it too, and it is kept
     where that is better: the training from random weights often is.
@@ -76,7 +76,7 @@ def layered(
         judged = in_order([*judged, *again])
     say(0.8, "training")
     model = nearest_in_free_run(best, courses, scales)
-    return replace(model, band=band_of(parts)), judged, coverage_of(parts)
+    return model, judged, parts
 
 
 def nearest_in_free_run(one: Layered, courses: Sequence[Course], scales: Scales) -> LayeredNarx:
