@@ -23,11 +23,7 @@ MOST_GROWTH = 1.0
 # Growths that are tried: the width at twice the usual swing differs by 7 % between neighbours at most. Half or double
 # as many: nothing.
 _GROWTHS = tuple(np.linspace(0.0, MOST_GROWTH, 21).tolist())
-
-# Floors that are tried, of the rms error in cross-validation: below a tenth of it the spread is all that counts. Half
-# or double as many: nothing.
-_FLOORS = tuple(np.geomspace(1.0, 0.1, 12).tolist())
-_SEEN = 2_000  # samples that floor and growth are chosen on: half or double: nothing, 20 times as many take a second
+_SEEN = 2_000  # samples that the growth is chosen on: half or double: nothing
 _LEAST_SWING = 1e-12  # N: that of a channel that is frozen
 
 
@@ -38,11 +34,10 @@ class Band:
 
     w = 1 + growth·(max(f/swing, 1)² − 1) where the force swings by f about its mean there (see `swing`), N: beyond what
     is usual in the training, `swing`, errors grow with it as far as those in cross-validation do.
-    `floor`, N, is the error in cross-validation where the members agree; the factors are quantiles of
-    |e|/√(floor²·w + s²) there: conformal prediction with normalised errors (Papadopoulos, Gammerman and Vovk 2008;
-    across folds as in the CV+ of Barber, Candès, Ramdas and Tibshirani 2021). Their guarantee is for errors that could
-    be exchanged. Those of one run are not independent: the level holds over many runs of the kind of the training, not
-    for each.
+    `floor`, N, is the rms error in cross-validation; the factors are quantiles of |e|/√(floor²·w + s²) there: conformal
+    prediction with normalised errors (Papadopoulos, Gammerman and Vovk 2008; across folds as in the CV+ of Barber,
+    Candès, Ramdas and Tibshirani 2021). Their guarantee is for errors that could be exchanged. Those of one run are
+    not independent: the level holds over many runs of the kind of the training, not for each.
     """
 
     floor: float
@@ -100,13 +95,11 @@ def band_of(parts: Sequence[LeftOut]) -> Band:
 
 
 def _grown(errors: Floats, spreads: Floats, swings: Floats) -> Band:
-    """A band whose factors are not known yet, with the floor and growth at which normal errors of its size are most
-    likely: what the spread of the members explains is no floor."""
-    whole, usual = float(np.sqrt(np.mean(errors**2))), max(float(np.median(swings)), _LEAST_SWING)
+    """A band whose factors are not known yet, with the growth at which normal errors of its size are most likely."""
+    floor, usual = float(np.sqrt(np.mean(errors**2))), max(float(np.median(swings)), _LEAST_SWING)
     step = -(-errors.size // _SEEN)
     errors, spreads, swings = errors[::step], spreads[::step], swings[::step]
-    floors = _FLOORS if np.any(spreads > 0.0) else _FLOORS[:1]  # without a spread any floor is the same
-    tried = [Band(whole * part, (1.0,) * len(LEVELS), growth, usual) for part in floors for growth in _GROWTHS]
+    tried = [Band(floor, (1.0,) * len(LEVELS), growth, usual) for growth in _GROWTHS]
     sizes = [one.scale(spreads, swings) for one in tried]
     surprise = [float(np.log(np.mean((errors / size) ** 2)) + 2.0 * np.mean(np.log(size))) for size in sizes]
     return tried[int(np.argmin(surprise))]
