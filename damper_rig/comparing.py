@@ -11,11 +11,12 @@ from typing import Any
 from damper_rig.html import table
 from damper_rig.running import working
 from damper_rig.runs import listed
-from damper_rig.simulating import AnyModel, model_of
+from damper_rig.simulating import AnyModel, at_rate, model_of
 from identification.measured import check_runs
-from identification.models import Comparison, comparison_data, comparison_text
+from identification.models import KINDS, Comparison, comparison_data, comparison_text
 from identification.models import compare as compared
 from identification.models.comparison_page import write_comparison
+from identification.multiaxis import MAIN_FORCE
 from rigctl.runfile import Run
 
 __all__ = ["Compared", "compare"]
@@ -62,8 +63,12 @@ class Compared:
         return table(heads, rows)
 
 
-def compare(models: Mapping[str, AnyModel] | Iterable[AnyModel], runs: Run | Iterable[Run]) -> Compared:
+def compare(
+    models: Mapping[str, AnyModel] | Iterable[AnyModel], runs: Run | Iterable[Run], *, rate_hz: float | None = None
+) -> Compared:
     """Simulate every model along every run, from the run's inputs alone; labels are the keys of a mapping.
+
+    ``rate_hz``: all runs are resampled to it first.
 
     Raises
     ------
@@ -72,7 +77,7 @@ def compare(models: Mapping[str, AnyModel] | Iterable[AnyModel], runs: Run | Ite
     """
     named = dict(models) if isinstance(models, Mapping) else {}
     given = list(named.values()) if named else list(models)
-    loaded, measured = [model_of(one) for one in given], listed(runs)
+    loaded, measured = [model_of(one, (*KINDS, MAIN_FORCE)) for one in given], at_rate(listed(runs), rate_hz)
     check_runs(measured)
     with working("comparing") as tell:
         return Compared(compared(loaded, measured, labels=list(named) or _labels(given), on_progress=tell))

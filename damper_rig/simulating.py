@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TypeAlias
 
 from damper_rig.running import working
 from damper_rig.runs import Runs, listed
+from identification.blackbox import resampled
 from identification.errors import ModelError
 from identification.measured import check_runs
-from identification.models import Choice, SimulationModel, with_simulation
+from identification.models import KINDS, Choice, Kind, SimulationModel, with_simulation
 from identification.models import load_model as read
 from identification.models.simulation import SIMULATED
 from identification.physical.model import Model
@@ -31,13 +32,22 @@ def load_model(path: str | os.PathLike[str], fmu: Choice | None = None) -> Simul
     return read(Path(path), fmu)
 
 
-def model_of(given: AnyModel) -> SimulationModel:
+def model_of(given: AnyModel, kinds: Sequence[Kind] = KINDS) -> SimulationModel:
     """The model itself, read where it is a file."""
-    return load_model(given) if isinstance(given, str | os.PathLike) else given
+    return read(Path(given), kinds=kinds) if isinstance(given, str | os.PathLike) else given
 
 
-def simulate(model: AnyModel, runs: Run | Iterable[Run], *, tolerance: float | None = None) -> Runs:
+def at_rate(runs: Sequence[Run], rate_hz: float | None) -> Sequence[Run]:
+    """The runs, resampled where a rate is asked for; raises DataError."""
+    return runs if rate_hz is None else [resampled(one, rate_hz) for one in runs]
+
+
+def simulate(
+    model: AnyModel, runs: Run | Iterable[Run], *, tolerance: float | None = None, rate_hz: float | None = None
+) -> Runs:
     """The runs with a channel `force_simulated`, N, from displacement, current and temperature alone.
+
+    With ``rate_hz`` they are resampled first.
 
     With ``tolerance`` the solver takes smaller steps until its error is below this share of the force.
 
@@ -50,7 +60,7 @@ def simulate(model: AnyModel, runs: Run | Iterable[Run], *, tolerance: float | N
     ModelError
         Where a tolerance is asked of a model that is not physical.
     """
-    driven, given = model_of(model), listed(runs)
+    driven, given = model_of(model), at_rate(listed(runs), rate_hz)
     check_runs(given)
     with working("simulating") as tell:
         if tolerance is None:

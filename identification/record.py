@@ -32,6 +32,8 @@ Window = slice | NDArray[np.int64]
 
 ROUNDING = 1e-6  # of rms force: rounding of a noise-free record and of the solver that made it
 _MIN_SAMPLES = 64
+# SI: a channel that moves by less is frozen. No sensor resolves a picometre or a piconewton. Half or double: nothing.
+_LEAST_SPAN = 1e-12
 _REPEATABLE_FLOOR = 2e-4  # of rms force: neither a rig nor a solver is more exact
 
 
@@ -153,7 +155,7 @@ def check_measured(run: Run) -> str:
     for channel in ("displacement", "force"):
         if channel not in run.channels:
             raise DataError(f"{name}: no channel '{channel}': identification needs measured displacement and force")
-        if run.samples >= _MIN_SAMPLES and np.ptp(run.channels[channel]) == 0.0:
+        if run.samples >= _MIN_SAMPLES and np.ptp(run.channels[channel]) <= _LEAST_SPAN:
             raise DataError(f"{name}: channel '{channel}' is frozen at {run.channels[channel][0]:g}: check its sensor")
     if run.samples < _MIN_SAMPLES:
         raise DataError(f"{name}: only {run.samples} samples: at least {_MIN_SAMPLES} are needed")

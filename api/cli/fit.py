@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from api.cli.places import to_file
+from api.cli.places import spare_runs, to_file
 
 __all__ = ["fit"]
 
@@ -47,6 +47,7 @@ def fit(
     from identification.measured import read_runs
     from identification.physical.modelfile import read_model, write_model
 
+    spare_runs(output, runs)
     start = read_model(model)
     measured = read_runs(runs, once=True)
     warn(measured)

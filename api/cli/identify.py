@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from api.cli.places import to_file
+from api.cli.places import spare_runs, to_file
 
 if TYPE_CHECKING:
     from identification.blackbox import Identified, Search
@@ -100,6 +100,7 @@ def identify(
     from identification.measured import read_runs
     from identification.physical.modelfile import read_model
 
+    spare_runs(output, [*runs, *(held_out or [])])
     if kind == "inverse":
         from api.cli.identify_inverse import identify_inverse, refuse_select
 
@@ -122,7 +123,6 @@ def identify(
     )
     read = read_runs([*runs, *(held_out or [])], once=True)
     measured, shown = read[: len(runs)], read[len(runs) :]
-    warn(read)
     with chosen(os.environ), progress_bar("identifying") as tell:
         found = None if asked is None else searched(kind, measured, asked, rate, search, tell)
         begun = 0.0 if found is None else SHARE
@@ -138,6 +138,7 @@ def identify(
             evolved=evolve,
             tell=lambda done, text: tell(begun + (1.0 - begun) * done, text),
         )
+    warn(read)  # only now: a refusal is one line
     _kept(output, result, found, page, as_json=as_json)
 
 

@@ -39,7 +39,6 @@ def identify_axes(
     read = read_runs([*runs, *held_out], once=True)
     measured, shown, _ = check_multiaxis(read[: len(runs)], read[len(runs) :], rate_hz=rate_hz)
     main = main_axis_runs(measured)
-    warn([*main, *shown])  # a test of another axis holds the main one still
     with chosen(os.environ), progress_bar("identifying") as tell:
         tell(0.0, "base of the main axis")
         under = axes_base(below, main) if main else None
@@ -50,6 +49,7 @@ def identify_axes(
             name=output.stem,
             tell=lambda done, text: tell(_BASE + (1.0 - _BASE) * done, text),
         )
+    warn([*main, *shown])  # a test of another axis holds the main one still; only now: a refusal is one line
     write_multiaxis(output, result.model)
     answer(f"{output}: {axes_text(result)}", {"file": str(output), **axes_data(result)}, as_json=as_json)
 

@@ -38,7 +38,6 @@ def identify_inverse(
     structures = inverse_structures(regressors, nodes)
     every = read_runs([*runs, *held_out], once=True)
     measured, shown = every[: len(runs)], every[len(runs) :]
-    warn(every)
     with chosen(os.environ), progress_bar("identifying") as tell:
         forward = _forward(
             base, measured, shown, structures, rate_hz,
@@ -48,6 +47,7 @@ def identify_inverse(
             measured, forward, held_out=shown, name=output.stem, structures=structures, rate_hz=rate_hz,
             tell=lambda done, text: tell(_FORWARD + (1.0 - _FORWARD) * done, text),
         )  # fmt: skip
+    warn(every)  # only now: a refusal is one line
     write_inverse(output, result.model)
     answer(f"{output}: {inverse_text(result)}", {"file": str(output), **inverse_data(result)}, as_json=as_json)
 

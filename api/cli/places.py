@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NoReturn
 
 import typer
 
-__all__ = ["check_file", "check_folder", "part_of", "to_file", "to_file_here", "to_folder"]
+__all__ = ["check_file", "check_folder", "part_of", "spare_runs", "to_file", "to_file_here", "to_folder"]
 
 
 def to_file(context: typer.Context, place: Path | None) -> Path | None:
@@ -46,6 +46,12 @@ def check_file(place: Path) -> None:
         if not place.parent.is_dir():
             _refuse(place, f"{place.parent} is a file, not a folder: give another place")
         _try(place)
+
+
+def spare_runs(output: Path, runs: Sequence[Path]) -> None:
+    """Raise InputError where a model would be written over one of the runs that it is made of."""
+    if output.exists() and any(run.exists() and run.samefile(output) for run in runs):
+        _refuse(output, "is a run that this command reads: give another place")
 
 
 def check_folder(place: Path, file: str = "run") -> None:

@@ -42,6 +42,9 @@ def simulate(
             help="Level of the prediction band of a black box, force_low and force_high; default: 90.",
         ),
     ] = None,
+    rate: Annotated[
+        float | None, typer.Option("--rate", metavar="HZ", help="Resample the run to this rate first; OUT.h5 has it.")
+    ] = None,
     fmu_input: FmuInput = None,
     fmu_output: FmuOutput = "",
     fmu_set: FmuSet = None,
@@ -54,6 +57,7 @@ def simulate(
     from api.cli.simulate_axes import simulate_axes
     from api.cli.terminal import answer, progress_bar, warn
     from api.errors import InputError
+    from identification.blackbox import resampled
     from identification.measured import read_runs
     from identification.models import load_model, outside_training, simulate_run
     from identification.multiaxis import multiaxis_in
@@ -66,10 +70,10 @@ def simulate(
     given = fmu_choice([model], fmu_input, fmu_output, fmu_set)
     axes = None if model.suffix.lower() == ".fmu" else multiaxis_in(model)
     if axes is not None:
-        simulate_axes(axes, run, output, asked=tolerance is not None or band is not None, as_json=as_json)
+        simulate_axes(axes, run, output, rate, asked=tolerance is not None or band is not None, as_json=as_json)
         return
     described = load_model(model, given, only=() if tolerance is None else ("physical",))
-    (measured,) = read_runs([run])
+    (measured,) = (one if rate is None else resampled(one, rate) for one in read_runs([run]))
     with progress_bar("simulating"):
         if tolerance is None:
             force, error = simulate_run(described, measured), None

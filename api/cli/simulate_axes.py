@@ -12,10 +12,13 @@ if TYPE_CHECKING:
 __all__ = ["simulate_axes"]
 
 
-def simulate_axes(model: MultiAxis, run: Path, output: Path, *, asked: bool, as_json: bool) -> None:
+def simulate_axes(
+    model: MultiAxis, run: Path, output: Path, rate_hz: float | None, *, asked: bool, as_json: bool
+) -> None:
     """Write the run with a channel for each load, such as force_simulated and torque_x_simulated."""
     from api.cli.terminal import answer, warn
     from api.errors import InputError
+    from identification.blackbox import resampled
     from identification.measured import read_runs
     from identification.models.simulation import name_of
     from identification.multiaxis import UNITS
@@ -23,7 +26,7 @@ def simulate_axes(model: MultiAxis, run: Path, output: Path, *, asked: bool, as_
 
     if asked:
         raise InputError(f"'{model.name}' is of several axes: it has no solver's tolerance and no band")
-    (measured,) = read_runs([run])
+    (measured,) = (one if rate_hz is None else resampled(one, rate_hz) for one in read_runs([run]))
     made = measured
     for load, force in model.simulate(measured).items():
         made = with_channel(made, f"{load}_simulated", force, UNITS[load])

@@ -5,8 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+from pydantic import StrictFloat
 
 from api.errors import InputError
 from api.jobs.kind import Kind, Progress, Task
@@ -26,7 +29,7 @@ _MOST_MODELS = 50
 class CompareRequest:
     """Simulate every one of ``models`` along every run of a campaign, of a rig, or along ``runs`` by their ids.
 
-    Held-out runs are compared too: nothing is fitted.
+    Held-out runs are compared too: nothing is fitted. ``rate_hz``: all runs are resampled to it first.
 
     Raises InputError or ModelError: one line.
     """
@@ -40,13 +43,16 @@ class CompareRequest:
     rig: str = ""
     specimen: str = ""
     runs: list[str] = field(default_factory=list)
+    rate_hz: StrictFloat | None = None
 
     def __post_init__(self) -> None:
         check_choice(self)
         if not 1 <= len(self.models) <= _MOST_MODELS:
             raise InputError(f"models has {len(self.models)} entries: 1 … {_MOST_MODELS} can be compared")
         for k, model in enumerate(self.models):
-            check_model(model, where=f"models.{k}")
+            check_model(model, where=f"models.{k}", of_axes=True)
+        if self.rate_hz is not None and not (isfinite(self.rate_hz) and self.rate_hz > 0.0):
+            raise InputError(f"rate_hz is {self.rate_hz:g}: it must be above 0 Hz")
 
     @property
     def held_out(self) -> list[str]:
@@ -60,7 +66,7 @@ class CompareRequest:
 
     @property
     def options(self) -> dict[str, Any]:
-        return {"models": self.models}
+        return {"models": self.models, "rate_hz": self.rate_hz}
 
 
 def _check(task: Task) -> None:
@@ -81,11 +87,14 @@ def _run(task: Task, folder: Path, tell: Progress) -> dict[str, Any]:
 
 
 def _read(task: Task) -> tuple[Sequence[SimulationModel], Sequence[Run]]:
+    from identification.blackbox import resampled
     from identification.measured import read_runs
-    from identification.models import model_from_json
+    from identification.models import KINDS, model_from_json
+    from identification.multiaxis import MAIN_FORCE
 
-    models = [model_from_json(model) for model in task.request["models"]]
-    return models, read_runs((*task.runs, *task.held_out))
+    models = [model_from_json(model, kinds=(*KINDS, MAIN_FORCE)) for model in task.request["models"]]
+    runs, rate_hz = read_runs((*task.runs, *task.held_out)), task.request.get("rate_hz")
+    return models, [one if rate_hz is None else resampled(one, rate_hz) for one in runs]
 
 
 COMPARE = Kind(

@@ -10,12 +10,16 @@ from identification.errors import ModelError
 __all__ = ["check_model", "model_name"]
 
 
-def check_model(model: Mapping[str, Any], *, where: str = "model") -> None:
-    """Raise ModelError where it is not a model; ``where`` it stands in the request. Any: JSON of the request."""
-    from identification.models import model_from_json  # a second of libraries: a service that starts does not wait
+def check_model(model: Mapping[str, Any], *, where: str = "model", of_axes: bool = False) -> None:
+    """Raise ModelError where it is not a model; ``where`` it stands in the request. Any: JSON of the request.
+
+    ``of_axes``: a model of several axes is one too.
+    """
+    from identification.models import KINDS, model_from_json  # a second of libraries: a service that starts
+    from identification.multiaxis import MAIN_FORCE  # does not wait
 
     try:
-        model_from_json(model)
+        model_from_json(model, kinds=(*KINDS, MAIN_FORCE) if of_axes else KINDS)
     except ModelError as error:
         raise ModelError(f"{where}: {error}") from error
 

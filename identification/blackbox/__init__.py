@@ -10,6 +10,7 @@ from identification.blackbox.layers import Layers
 from identification.blackbox.model import BlackBox, Member
 from identification.blackbox.modelfile import alone_from_json
 from identification.blackbox.polynomial import PolynomialNarx
+from identification.blackbox.preparation import resampled
 from identification.blackbox.recipes import RECIPES
 from identification.blackbox.search import Offer, Search, check_searchable, search
 from identification.blackbox.structure import Regressor, Structure, regressors
@@ -39,6 +40,7 @@ __all__ = [
     "layers_asked",
     "offer_asked",
     "regressors",
+    "resampled",
     "search",
     "search_data",
     "search_text",

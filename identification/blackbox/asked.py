@@ -22,8 +22,8 @@ def structures_asked(kind: str, given: Sequence[str], nodes: int | None, *, sear
     DataError
         Where the kind does not exist or has no nodes to state, or nodes are stated without regressors.
     """
-    if kind == "inverse":
-        raise DataError("kind is 'inverse': only the command line identifies one, 'damper-rig identify inverse'")
+    if kind in ("inverse", "multiaxis"):
+        raise DataError(f"kind is '{kind}': identify it with 'damper-rig identify {kind}' or identification.{kind}")
     if kind not in KINDS:
         raise DataError(f"kind is '{kind}': use {', '.join(KINDS)}, inverse or multiaxis")
     if nodes is not None and not given and not searched:
@@ -65,8 +65,8 @@ def layers_asked(
 
 def _counts(text: str) -> tuple[int, ...]:
     parts = [part.strip() for part in text.split(",")]
-    if not all(part.isdecimal() and len(part) < 6 for part in parts):
-        raise DataError(f"layers are {text!r}: give the nodes of each hidden layer, such as 14, or 14,8 for two")
+    if not all(part.isascii() and part.isdecimal() and len(part) < 6 for part in parts):
+        raise DataError(f"layers are {text!r:.60}: give the nodes of each hidden layer, such as 14, or 14,8 for two")
     return tuple(map(int, parts))
 
 

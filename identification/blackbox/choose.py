@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from identification.blackbox.band import LeftOut
 from identification.blackbox.folds import Fold, folds_of
+from identification.blackbox.leftout import left_out_of
 from identification.blackbox.model import BlackBox, Member
 from identification.blackbox.samples import Course
 from identification.blackbox.scaling import Scales
@@ -100,9 +101,7 @@ def left_out(judged: Sequence[Judged], courses: Sequence[Course], scales: Scales
     for k, fold in enumerate(folds_of(courses)):
         model = BlackBox(name="", kind="", dt=dt, scales=scales, members=tuple(one.members[k] for one in judged))
         forces = [(course, model.each(course)) for course in map(Course.judged, fold.shown)]
-        errors = [(course.force - np.median(each, axis=0))[course.counted] for course, each in forces]
-        spreads = [np.std(each, axis=0)[course.counted] for course, each in forces]
-        parts.append(LeftOut(np.concatenate(errors), np.concatenate(spreads)))
+        parts.append(left_out_of([(one, np.median(each, axis=0), np.std(each, axis=0)) for one, each in forces]))
     return parts
 
 

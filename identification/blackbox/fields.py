@@ -94,8 +94,15 @@ def weight_in(where: str, raw: Json) -> float:
 def band_to_json(band: Band | None) -> dict[str, Json]:
     """A band as an entry of JSON data; no entry where there is none."""
     return (
-        {} if band is None else {"band": {"floor": band.floor, "levels": list(LEVELS), "factors": list(band.factors)}}
-    )
+        {}
+        if band is None
+        else {
+            "band": {
+                "floor": band.floor, "levels": list(LEVELS), "factors": list(band.factors), "growth": band.growth,
+                "swing": band.swing,
+            }
+        }
+    )  # fmt: skip
 
 
 def band_in(data: Json) -> Band | None:
@@ -109,4 +116,8 @@ def band_in(data: Json) -> Band | None:
     if not isinstance(factors, list):
         raise ModelError("band.factors must be a list of numbers")
     numbers = tuple(number_in(f"band.factors[{k}]", one) for k, one in enumerate(factors))
-    return Band(number_in("band.floor", given.get("floor")), numbers)
+    floor, growth, swing = (
+        number_in(f"band.{name}", given.get(name, default))
+        for name, default in (("floor", None), ("growth", 0.0), ("swing", 1.0))
+    )
+    return Band(floor, numbers, growth, swing)

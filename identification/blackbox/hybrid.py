@@ -14,6 +14,7 @@ from identification.blackbox.modelfile import blackbox_from_json, blackbox_to_js
 from identification.blackbox.outside import added_outside
 from identification.blackbox.samples import course_along
 from identification.blackbox.scaling import LARGEST, MARGIN
+from identification.blackbox.swing import swing_of
 from identification.errors import ModelError, SimulationError
 from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, model_from_json
 from identification.models.motion import Motion
@@ -96,8 +97,10 @@ class Hybrid:
         if self.rest.band is None:
             return None
         motion = motion.held()
-        spread = self.rest.spread(course_along(motion, self._of_base(motion)))
-        return self.rest.band.half_width(spread, level, added_outside(self, motion))
+        base = self._of_base(motion)
+        each = self.rest.each(course_along(motion, base))
+        swings = swing_of(base + self.share(motion) * np.median(each, axis=0), motion)
+        return self.rest.band.half_width(np.std(each, axis=0), level, added_outside(self, motion), swings)
 
     def share(self, motion: Motion) -> Floats:
         """The weight w of the network, (N,)."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.blackbox.band import band_of, coverage_of
+from identification.blackbox.band import LeftOut, band_of, coverage_of
 from identification.blackbox.choose import Judged
 from identification.blackbox.given import Base, Given, given
 from identification.blackbox.hybrid import Hybrid
@@ -22,7 +22,7 @@ from identification.blackbox.polynomial import PolynomialNarx
 from identification.blackbox.recipes import NODES, RECIPES
 from identification.blackbox.samples import Course
 from identification.blackbox.structure import Structure
-from identification.blackbox.terms import first_that_forgets, judge_polynomials, left_out, on_all, within
+from identification.blackbox.terms import best_on_all, judge_polynomials, left_out, on_all, within
 from identification.compute.blas import one_blas_thread
 from identification.models.band import covered, half_width_of
 from identification.models.measures import score_signals
@@ -100,18 +100,18 @@ def identify(
     )  # fmt: skip
     courses = taken.courses
     if kind == "polynomial":
-        polynomial, judged, coverage = _polynomial(courses, taken.tried, say)
-        return _shown(_figures(replace(polynomial, name=name or kind), judged, courses, coverage), taken)
+        polynomial, judged, parts = _polynomial(courses, taken.tried, say)
+        return _shown(_figures(replace(polynomial, name=name or kind), judged, courses, parts), taken)
     if layers is not None:
         tried = [Layered(one.structure, layers, one.decay, evolved) for one in taken.candidates]
-        found, judged, coverage = layered(tried, courses, say)
+        found, judged, parts = layered(tried, courses, say)
         kept = tuple(one for one in taken.measured if one in found.structure.signals)
         found = replace(found, name=name or kind, measured=kept)
-        return _shown(_figures(found, judged, courses, coverage), taken)
-    network, judged, coverage = networks(RECIPES[kind], taken.candidates, courses, say)
+        return _shown(_figures(found, judged, courses, parts), taken)
+    network, judged, parts = networks(RECIPES[kind], taken.candidates, courses, say)
     kept = tuple(one for one in taken.measured if one in network.signals)
     network = replace(network, name=name or kind, kind=kind if base is None else "nnoe", measured=kept)
-    figures = _figures(network, judged, courses, coverage)
+    figures = _figures(network, judged, courses, parts)
     if base is None:
         return _shown(figures, taken)
     rest = figures.model
@@ -122,27 +122,31 @@ def identify(
 
 def _polynomial(
     courses: Sequence[Course], tried: Sequence[Structure], say: Told
-) -> tuple[PolynomialNarx, list[Judged], float]:
-    """The polynomial that was judged best, on all courses, how all were judged, and what its band should hold.
+) -> tuple[PolynomialNarx, list[Judged], list[LeftOut]]:
+    """The polynomial that was judged best, on all courses, how all were judged, and what was left out shows of it.
 
-    One whose free run does not forget its start is passed over, where any of the best forgets.
+    One whose free run on all courses does not forget its start, or is farther off than that of another in
+    cross-validation, is passed over.
     """
     scales, dt = scales_for(courses, tried), courses[0].motion.dt
     judged = judge_polynomials(
         tried, courses, scales, dt, tell=lambda done, of: say(0.9 * done / of, "cross-validation")
     )
-    whole = (on_all(one, courses, scales, dt) for one, _ in judged[:_PASSED_OVER])
-    best = judged.pop(first_that_forgets(whole, courses) or 0)
+    whole = ((error, on_all(one, courses, scales, dt)) for one, error in judged[:_PASSED_OVER])
+    best = judged.pop(best_on_all(whole, courses) or 0)
     model = within(on_all(best[0], courses, scales, dt), courses)
     parts = left_out(best[0], courses, scales, dt)
     ordered = [Judged(one, error) for one, error in (best, *judged)]
-    return replace(model, band=band_of(parts)), ordered, coverage_of(parts)
+    return model, ordered, parts
 
 
 def _figures(
-    model: BlackBox | PolynomialNarx | LayeredNarx, judged: Sequence[Judged], courses: Sequence[Course], coverage: float
+    model: BlackBox | PolynomialNarx | LayeredNarx,
+    judged: Sequence[Judged],
+    courses: Sequence[Course],
+    parts: Sequence[LeftOut],
 ) -> Identified:
-    """The model with its figures on the training, and how long it remembers a start.
+    """The model with its band and its figures on the training, and how long it remembers a start.
 
     A fit is that of the whole force: what a base explains counts.
     """
@@ -151,9 +155,10 @@ def _figures(
     left = np.concatenate([(one.force - model.along(one))[one.counted] for one in courses])
     moving = np.concatenate([_whole(one)[one.counted] for one in map(Course.judged, courses)])
     size = float(np.linalg.norm(force - force.mean()))
-    assert model.band is not None  # every kind was calibrated
-    predicted = 100.0 * (1.0 - model.band.floor / float(np.std(moving)))
+    errors = np.concatenate([one.errors for one in parts])
+    predicted = 100.0 * (1.0 - float(np.sqrt(np.mean(errors**2)) / np.std(moving)))
     trained = 100.0 * (1.0 - float(np.linalg.norm(left)) / size)
+    coverage = coverage_of(parts)
     memory = max(model.memory(one) for one in courses)
     facts = {
         **model.facts,
@@ -165,7 +170,7 @@ def _figures(
     if courses[0].model is not None:
         facts["share_of_base"] = 1.0 - float(np.linalg.norm(rest - rest.mean()) / size) ** 2
     return Identified(
-        model=replace(model, facts=facts),
+        model=replace(model, facts=facts, band=band_of(parts)),
         judged=tuple(judged),
         predicted=predicted,
         trained=trained,

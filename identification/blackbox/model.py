@@ -17,6 +17,7 @@ from identification.blackbox.outside import added_outside
 from identification.blackbox.samples import Course, course_along, samples_of
 from identification.blackbox.scaling import Scales
 from identification.blackbox.structure import FORCE, MODEL, Structure
+from identification.blackbox.swing import swing_of
 from identification.errors import ModelError, SimulationError
 from identification.models.inputs import MEASURED
 from identification.models.motion import Motion
@@ -152,11 +153,9 @@ class BlackBox:
         if self.band is None:
             return None
         check_rate(self.name, self.dt, motion.dt)
-        return self.band.half_width(self.spread(course_along(motion)), level, added_outside(self, motion))
-
-    def spread(self, course: Course) -> Floats:
-        """Standard deviation of the force over the members, (N,), N."""
-        return np.asarray(np.std(self.each(course), axis=0))
+        each = self.each(course_along(motion))
+        swings = swing_of(np.median(each, axis=0), motion)
+        return self.band.half_width(np.std(each, axis=0), level, added_outside(self, motion), swings)
 
     def _from_lead(self, member: Member, course: Course, before: float = 0.0) -> Floats:
         """Force of one member over the lead and the course, N, from a scaled force `before`."""
@@ -186,5 +185,6 @@ def check_rate(name: str, trained: float, given: float) -> None:
     if abs(given / trained - 1.0) > _SAME_RATE:
         raise SimulationError(
             f"'{name}' was identified at {1.0 / trained:.6g} Hz and the run has {1.0 / given:.6g} Hz: "
-            f"identify the model again with --rate {1.0 / given:.6g}"
+            f"identify the model again with --rate {1.0 / given:.6g}, "
+            f"or resample the run with --rate {1.0 / trained:.6g}"
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from identification.blackbox.band import band_of, coverage_of
+from identification.blackbox.band import LeftOut
 from identification.blackbox.choose import Candidate, Judged, beyond, committee, in_order, judge, left_out
 from identification.blackbox.model import BlackBox, Member
 from identification.blackbox.recipes import Recipe
@@ -22,8 +22,8 @@ FURTHER = 5  # structures, the best ones, that are tried with it
 
 def networks(
     recipe: Recipe, candidates: Sequence[Candidate], courses: Sequence[Course], say: Told
-) -> tuple[BlackBox, list[Judged], float]:
-    """The committee of the best candidates, how all were judged, and what share its band of 90 % should hold."""
+) -> tuple[BlackBox, list[Judged], list[LeftOut]]:
+    """The committee of the best candidates, how all were judged, and what was left out shows of it."""
     scales, dt = scales_for(courses, [one.structure for one in candidates]), courses[0].motion.dt
     judged = judge(
         candidates, courses, scales, dt, stages=recipe.quick,
@@ -40,10 +40,8 @@ def networks(
     seen = dict.fromkeys([FORCE, *(signal for one in best for signal in one.structure.signals)])
     members = _forgetting([member for member, _ in trained], courses, scales)
     parts = left_out([one for one in judged[: recipe.best] if one.members], courses, scales, dt)
-    network = BlackBox(
-        name="", kind="", dt=dt, scales={name: scales[name] for name in seen}, members=members, band=band_of(parts)
-    )
-    return network, judged, coverage_of(parts)
+    network = BlackBox(name="", kind="", dt=dt, scales={name: scales[name] for name in seen}, members=members)
+    return network, judged, parts
 
 
 def scales_for(courses: Sequence[Course], structures: Sequence[Structure]) -> Scales:

@@ -17,6 +17,7 @@ from identification.blackbox.outside import added_outside
 from identification.blackbox.samples import Course, Samples, course_along, samples_of
 from identification.blackbox.scaling import LARGEST, Scales
 from identification.blackbox.structure import FORCE, Structure
+from identification.blackbox.swing import swing_of
 from identification.errors import ModelError
 from identification.models.motion import Motion
 from identification.models.protocol import TrainingRange
@@ -156,10 +157,11 @@ class PolynomialNarx:
         return polynomial_stepper(self, dt)
 
     def half_width(self, motion: Motion, level: float) -> Floats | None:
-        """Half of the width of its band, (N,), N, the same everywhere inside the training; None: not calibrated."""
+        """Half of the width of its band, (N,), N; None where it was not calibrated; raises SimulationError."""
         if self.band is None:
             return None
-        return self.band.half_width(np.zeros(motion.x.size), level, added_outside(self, motion))
+        swings = swing_of(self.force(motion), motion)
+        return self.band.half_width(np.zeros(motion.x.size), level, added_outside(self, motion), swings)
 
     def memory(self, course: Course) -> float:
         """How long it remembers its start along a course, s, from the lowest to the highest force; may be infinite."""

@@ -11,10 +11,10 @@ import numpy as np
 
 from identification.blackbox.folds import FOLDS, SHORTEST, stretch_of
 from identification.blackbox.samples import Course
-from identification.errors import DataError
+from identification.errors import DataError, SimulationError
 from identification.models.inputs import MEASURED, with_measured
 from identification.models.protocol import SimulationModel
-from identification.models.simulation import name_of
+from identification.models.simulation import force_along, name_of
 from identification.motion_faults import jump_fault, jumps_in, velocity_fault
 from identification.record import compact, record_from_run
 from identification.signals import SIGNALS
@@ -78,7 +78,8 @@ def course_of(run: Run, measured: Sequence[str], base: SimulationModel | None = 
 
     Of any other run every sample is learned, also those at rest, which naming leaves out: a run to be simulated rests
     too. The prediction of the fit is about the motion only: the start of a test is often the only rest of a training,
-    and what does not learn from it knows none. Raises DataError as `record_from_run` does.
+    and what does not learn from it knows none. Raises DataError as `record_from_run` does, SimulationError where the
+    base gives a force that no machine has.
     """
     record = compact(record_from_run(run))
     motion = with_measured(record.motion, run, measured)
@@ -88,7 +89,10 @@ def course_of(run: Run, measured: Sequence[str], base: SimulationModel | None = 
     everywhere = all(part.any() for part in np.array_split(moving, FOLDS))  # else a part that is left out tells nothing
     course = Course(motion, record.force, counted, moving=moving if everywhere else None)
     if base is not None:
-        model = base.force(motion)
+        try:
+            model = force_along(base, motion)
+        except SimulationError as error:
+            raise SimulationError(f"{name_of(run)}: {error}") from error
         course = replace(course, force=record.force - model, model=model)
     return _settled(course) if record.period else course
 

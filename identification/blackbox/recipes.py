@@ -65,6 +65,9 @@ _LINEAR = (
     "F1 F2 F3 F4 x0 v0 v1 v2 v3 v4 a0 a1 a2 i0 i1 i2 i3 i4",
 )
 
+# A narx is the median of five starts: one that predicts well need not simulate. On 19 cuts of measured and simulated
+# records one start came to 91.6 % on average and 29.9 % at the lowest, the median of five to 95.0 and 87.7 %.
+
 # What a base leaves, beside its force: the same signals.
 _LEFT = tuple(f"{text} M0 M1" for text in (_FED[0], _FED[2], _ALONE, "v0 v1 P0 Q0 R0 i0 i1"))
 
@@ -74,7 +77,7 @@ RECIPES: Mapping[str, Recipe] = {
         full=FULL, best=8, starts=1,
     ),
     "narx": Recipe(
-        regressors=_FED, nodes=NODES, decays=_DECAYS, quick=QUICK_PREDICTOR, full=PREDICTOR, best=1, starts=1
+        regressors=_FED, nodes=NODES, decays=_DECAYS, quick=QUICK_PREDICTOR, full=PREDICTOR, best=1, starts=5
     ),
     "mlp": Recipe(
         regressors=("x0 v0 a0 i0",), nodes=NODES, decays=_DECAYS, quick=QUICK_PREDICTOR, full=PREDICTOR, best=1,

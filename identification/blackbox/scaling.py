@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from identification.errors import ModelError
 from identification.models.motion import held
+from identification.models.simulation import LARGEST_FORCE
 
 Floats = NDArray[np.float64]
 
@@ -23,8 +24,7 @@ MARGIN = 0.5
 # signal but a number by which a division overflows.
 _LEAST_SIZE = 1e-6
 
-# SI, of any signal: no machine has a larger one. Half or double: nothing; its square is still a number.
-LARGEST = 1e12
+LARGEST = LARGEST_FORCE  # SI, of any signal: its square is still a number
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from identification.blackbox.modelfile import member_from_json, member_to_json
 from identification.blackbox.samples import Course
 from identification.blackbox.selection import Known, Step, Tried
 from identification.errors import DataError, ModelError
-from identification.models.modelfile import Json, shown, write_json
+from identification.models.modelfile import Json, shown, type_of, write_json
 
 FORMAT = "damper-rig/selection"
 
@@ -57,11 +57,14 @@ def read_selection(path: Path, courses: Sequence[Course]) -> dict[str, Tried]:
             raise ModelError(f"format is {shown(data.get('format'))}: a search has '{FORMAT}'")
         if data.get("training") != digest_of(courses):
             raise ModelError("it belongs to other runs: name another file, or remove it")
-        return {str(one.structure): one for one in (_tried(k, part) for k, part in enumerate(data.get("tried", [])))}
-    except UnicodeDecodeError as error:
-        raise DataError(f"{path}: not the JSON of a search: name another file, or remove it") from error
-    except (ModelError, OSError, ValueError, TypeError) as error:
+        tried = data.get("tried", [])
+        if not isinstance(tried, list):
+            raise ModelError(f"tried is {type_of(tried)}: it must be a list")
+        return {str(one.structure): one for one in (_tried(k, part) for k, part in enumerate(tried))}
+    except (ModelError, OSError) as error:
         raise DataError(f"{path}: {error}") from error
+    except ValueError as error:
+        raise DataError(f"{path}: not the JSON of a search: name another file, or remove it") from error
 
 
 def _tried(k: int, data: Json) -> Tried:

@@ -159,11 +159,12 @@ def _cut(force: float) -> float:
 
 
 class HybridStepper:
-    """F = F_base + w·F_rest from sample to sample."""
+    """F = F_base + w·F_rest from sample to sample; an input that is no number is held for both, as along a motion."""
 
     def __init__(self, model: Hybrid, base: Stepper, rest: BlackBoxStepper) -> None:
         """From the steppers of both parts at one step."""
         self._model, self._base, self._rest = model, base, rest
+        self._last = Moment()
 
     @property
     def dt(self) -> float:
@@ -172,15 +173,18 @@ class HybridStepper:
 
     def start(self, at: Moment) -> float:
         """Begin at a moment that has lasted; the force there, N."""
+        self._last = at = at.held(Moment())
         base = _cut(self._base.start(at))
         return base + self._model.weight(at) * self._rest.start(at, base)
 
     def force(self, at: Moment) -> float:
         """The force if `at` were the next sample, N: nothing is kept."""
+        at = at.held(self._last)
         base = _cut(self._base.force(at))
         return base + self._model.weight(at) * self._rest.force(at, base)
 
     def advance(self, at: Moment) -> float:
         """Go on to the next sample; the force there, N."""
+        self._last = at = at.held(self._last)
         base = _cut(self._base.advance(at))
         return base + self._model.weight(at) * self._rest.advance(at, base)

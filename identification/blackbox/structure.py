@@ -29,7 +29,7 @@ M is the force of the model that a hybrid builds on; P, Q, R and S are stop oper
 LANES = 4  # nodes that are computed at once: the loops take a multiple
 MOST_NODES = 64
 LONGEST_DELAY = 256  # samples
-_NAMED = re.compile(rf"([{''.join(SYMBOLS)}])(\d{{1,3}})")
+_NAMED = re.compile(rf"([{''.join(SYMBOLS)}])([0-9]{{1,3}})")
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -129,6 +129,6 @@ def regressors(text: str | Iterable[str]) -> tuple[Regressor, ...]:
     for name in text.split() if isinstance(text, str) else text:
         match = _NAMED.fullmatch(name)
         if match is None:
-            raise ModelError(f"regressor {name!r}: write a signal of {', '.join(SYMBOLS)} and a delay, such as v1")
+            raise ModelError(f"regressor {name!r:.60}: write a signal of {', '.join(SYMBOLS)} and a delay, such as v1")
         found.append(Regressor(match[1], int(match[2])))
     return tuple(found)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from identification.blackbox.band import LeftOut
 from identification.blackbox.folds import Fold, folds_of, stretch_of
+from identification.blackbox.leftout import left_out_of
 from identification.blackbox.polynomial import (
     PolynomialNarx,
     Term,
@@ -123,9 +124,7 @@ def left_out(best: Polynomial, courses: Sequence[Course], scales: Scales, dt: fl
     for fold in folds_of(courses):
         terms = ranking(best.structure, best.degree, fold.learned, scales)[: best.terms]
         model = within(polynomial_of(best.structure, terms, fold.learned, scales, dt), fold.learned)
-        shown = map(Course.judged, fold.shown)
-        errors = np.concatenate([(one.force - model.along(one))[one.counted] for one in shown])
-        parts.append(LeftOut(errors, np.zeros(errors.size)))
+        parts.append(left_out_of([(one, model.along(one), 0.0) for one in map(Course.judged, fold.shown)]))
     return parts
 
 
@@ -136,13 +135,29 @@ def on_all(one: Polynomial, courses: Sequence[Course], scales: Scales, dt: float
     return polynomial_of(one.structure, terms, courses, kept, dt)
 
 
-def first_that_forgets(models: Iterable[PolynomialNarx], courses: Sequence[Course]) -> int | None:
-    """Index of the first model whose free run forgets its start wherever it begins on a course; None: none does."""
+def best_on_all(models: Iterable[tuple[float, PolynomialNarx]], courses: Sequence[Course]) -> int | None:
+    """Index of the best of some models on all courses, with the error of each in cross-validation, the smallest first.
+
+    Its error is the larger of that and the one of its free run on the courses: what was fitted to parts of them may be
+    lost once it is fitted to all. None: no free run forgets its start wherever it begins on a course.
+    """
     begun = [
         stretch_of(one, k * one.force.size // (2 * _STARTS), one.force.size) for one in courses for k in range(_STARTS)
     ]
-    forget = (all(math.isfinite(model.memory(one)) for one in begun) for model in models)
-    return next((k for k, forgets in enumerate(forget) if forgets), None)
+    least, best = math.inf, None
+    for k, (judged, model) in enumerate(models):
+        if judged >= least:
+            break  # as all that follow
+        error = max(judged, mean_square_on(model, courses))
+        if error < least and all(math.isfinite(model.memory(one)) for one in begun):
+            least, best = error, k
+    return best
+
+
+def mean_square_on(model: PolynomialNarx, courses: Sequence[Course]) -> float:
+    """Mean square scaled error in free run on what counts of some courses, cut as in cross-validation."""
+    squares = sum(_squares(model, course, model.scales) for course in courses)
+    return squares / sum(int(course.counted.sum()) for course in courses)
 
 
 def ranking(structure: Structure, degree: int, courses: Sequence[Course], scales: Scales) -> list[Term]:

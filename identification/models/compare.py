@@ -17,8 +17,8 @@ from identification.models.band import covered, half_width_of
 from identification.models.inputs import is_periodic, motion_of, periods, settling_periods, with_measured
 from identification.models.measures import Score, score_signals
 from identification.models.motion import Motion
-from identification.models.protocol import SimulationModel
-from identification.models.simulation import check_inputs, for_every_sample, name_of
+from identification.models.protocol import OfRuns, SimulationModel
+from identification.models.simulation import check_inputs, for_every_sample, force_along, name_of
 from identification.noise import between_periods
 from identification.period import with_period_seen
 from rigctl.runfile import Run
@@ -210,10 +210,11 @@ def _course(run: Run) -> Course:
 
 def _cell(model: SimulationModel, course: Course, clock: Clock) -> Cell:
     run, motion = course.run, with_measured(course.motion, course.run, model.inputs)
+    model = model.bound_to(run) if isinstance(model, OfRuns) else model
     ranged = model.training_range
     left = None if ranged is None else ranged.left(motion)
     try:
-        force = for_every_sample(model.force(motion), motion, run)
+        force = for_every_sample(force_along(model, motion), motion, run)
         width = half_width_of(model, motion)
         cost = _cost_ns(model, replace(motion, settle=0), clock)
     except SimulationError as error:

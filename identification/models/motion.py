@@ -11,7 +11,7 @@ Floats = NDArray[np.float64]
 _SERIES = ("x", "v", "a", "i", "temperature", "t")
 
 # SI, of any input: what is larger is no measurement of a damper. Half or double: nothing, machines lie far below.
-_LARGEST = 1e6
+LARGEST_INPUT = 1e6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +44,7 @@ class Motion:
     def held(self) -> Motion:
         """The motion with the last good value wherever an input is no number, infinite or beyond any machine."""
         x, v, a, i, temperature = (
-            held(one, largest=_LARGEST) for one in (self.x, self.v, self.a, self.i, self.temperature)
+            held(one, largest=LARGEST_INPUT) for one in (self.x, self.v, self.a, self.i, self.temperature)
         )
         return replace(self, x=x, v=v, a=a, i=i, temperature=temperature)
 

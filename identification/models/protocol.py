@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from identification.errors import ModelError
 from identification.models.motion import Motion
 from identification.signals import SIGNALS, UNITS
+from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
 
@@ -107,4 +108,13 @@ class SimulationModel(Protocol):
 
     def force(self, motion: Motion) -> Floats:
         """Force along a motion from its inputs alone, (N,), N; raises SimulationError."""
+        ...
+
+
+@runtime_checkable
+class OfRuns(Protocol):
+    """A model that needs more of a run than its motion along one axis: it is taken along one run at a time."""
+
+    def bound_to(self, run: Run) -> SimulationModel:
+        """The model along this run."""
         ...

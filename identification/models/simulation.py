@@ -17,6 +17,9 @@ Floats = NDArray[np.float64]
 SIMULATED = "force_simulated"
 """The channel of a run with the simulated force."""
 
+# N: no machine has a larger force. Half or double: nothing, machines lie far below.
+LARGEST_FORCE = 1e12
+
 
 def simulate_run(model: SimulationModel, run: Run) -> Floats:
     """Force of the model along a run's displacement, current and temperature, (N,), N, for every sample of the run.
@@ -26,13 +29,25 @@ def simulate_run(model: SimulationModel, run: Run) -> Floats:
     DataError
         when the run lacks the displacement, or a channel that the model needs, or holds no motion at all.
     SimulationError
-        when the model fails on this run, which it names.
+        when the model fails on this run, which it names, or gives a force that no machine has.
     """
     motion = checked_motion(model, run)
     try:
-        return for_every_sample(model.force(motion), motion, run)
+        return for_every_sample(force_along(model, motion), motion, run)
     except SimulationError as error:
         raise SimulationError(f"{name_of(run)}: {error}") from error
+
+
+def force_along(model: SimulationModel, motion: Motion) -> Floats:
+    """Force of the model along a motion, (N,), N; raises SimulationError where no machine could have it."""
+    force = model.force(motion)
+    at = int(np.argmax(np.abs(force)))
+    if abs(force[at]) > LARGEST_FORCE:
+        raise SimulationError(
+            f"'{model.name}' gives {force[at]:.3g} N at {at * motion.dt:.4g} s: no machine has more than "
+            f"{LARGEST_FORCE:g} N; check its parameters against the range of the run"
+        )
+    return force
 
 
 def with_simulation(

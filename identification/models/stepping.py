@@ -6,6 +6,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 from identification.errors import DataError
 from identification.models.inputs import ROOM_TEMPERATURE_DEGC
+from identification.models.motion import LARGEST_INPUT
 from identification.models.protocol import SimulationModel
 
 
@@ -17,6 +18,10 @@ class Moment(NamedTuple):
     a: float = 0.0
     i: float = 0.0
     temperature: float = ROOM_TEMPERATURE_DEGC
+
+    def held(self, before: Moment) -> Moment:
+        """The moment with the value `before` wherever an input is no number, infinite or beyond any machine."""
+        return Moment(*(now if abs(now) <= LARGEST_INPUT else last for now, last in zip(self, before, strict=True)))
 
 
 class Stepper(Protocol):

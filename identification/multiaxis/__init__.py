@@ -2,6 +2,7 @@
 
 from identification.multiaxis.axes import LOADS, MOTIONS, UNITS
 from identification.multiaxis.choice import chosen, correlations
+from identification.multiaxis.compared import MAIN_FORCE
 from identification.multiaxis.described import axes_data, axes_text
 from identification.multiaxis.identify import IdentifiedAxes, check_multiaxis, identify_multiaxis, main_axis_runs
 from identification.multiaxis.model import MultiAxis, identify_axes
@@ -10,6 +11,7 @@ from identification.multiaxis.superposition import Superposed, check_superpositi
 
 __all__ = [
     "LOADS",
+    "MAIN_FORCE",
     "MOTIONS",
     "MULTIAXIS",
     "UNITS",

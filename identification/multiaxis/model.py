@@ -21,8 +21,8 @@ from identification.blackbox.scaling import Scale, scale_of, seen
 from identification.compute import run
 from identification.errors import DataError, ModelError, SimulationError
 from identification.models.inputs import motion_from
-from identification.models.motion import held
-from identification.models.simulation import name_of
+from identification.models.motion import Motion, held
+from identification.models.simulation import force_along, name_of
 from identification.multiaxis.axes import MOTIONS, check_axes, check_moved
 from identification.multiaxis.choice import chosen, correlations
 from rigctl.runfile import Run
@@ -103,7 +103,7 @@ class MultiAxis:
         if abs(run.sample_rate_hz / self.rate_hz - 1.0) > 1e-6:
             raise SimulationError(
                 f"'{self.name}' was identified at {self.rate_hz:.6g} Hz and {name_of(run)} has "
-                f"{run.sample_rate_hz:.6g} Hz: record it at the rate of the model"
+                f"{run.sample_rate_hz:.6g} Hz: record it at the rate of the model, or resample it with --rate"
             )
         lacking = next((axis for axis in self.axes if axis not in run.channels), None)
         if lacking is not None:
@@ -144,7 +144,7 @@ def identify_axes(
     `base` is a model of the force of the main axis from its displacement alone.
 
     Raises DataError, one line, where the runs' channels or rates differ, a load or an axis of it is constant, or the
-    samples are too few.
+    samples are too few; SimulationError where the base gives a force that no machine has.
     """
     check_moved(runs)
     motions, loads = check_axes(runs)
@@ -156,7 +156,7 @@ def identify_axes(
             scales[axis] = _scale(axis, [one.channels[axis] for one in runs])
             scales[speed_of(axis)] = _scale(axis, [np.gradient(one.channels[axis]) * rate for one in runs])
     if base is not None:
-        scales[BASE] = _scale(BASE, [_force_of(base, one.channels[MOTIONS[0]], rate) for one in runs])
+        scales[BASE] = _scale(BASE, [force_along(base.model, _of_base(one.channels[MOTIONS[0]], rate)) for one in runs])
     # As tasks: on every processor, with one thread of linear algebra each. Products of such narrow matrices on many
     # threads take several times as long, and far more where others work on the machine.
     learn = partial(_learned, runs=runs, scales=scales, base=base)
@@ -228,7 +228,11 @@ def _learned(
 
 def _force_of(base: Base, travel: Floats, rate_hz: float) -> Floats:
     """The force of a base along the main axis, held where the travel is no number."""
-    return base.model.force(motion_from(held(travel, largest=_LARGEST), rate_hz))
+    return base.model.force(_of_base(travel, rate_hz))
+
+
+def _of_base(travel: Floats, rate_hz: float) -> Motion:
+    return motion_from(held(travel, largest=_LARGEST), rate_hz)
 
 
 def _scale(name: str, parts: Sequence[Floats]) -> Scale:

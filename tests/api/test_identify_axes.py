@@ -90,8 +90,6 @@ def test_a_file_of_several_axes_is_checked_and_has_no_place_among_models_of_one(
     place: Path, runs: dict[str, Run], capsys: pytest.CaptureFixture[str]
 ) -> None:
     write_multiaxis("six.json", identify_axes([runs["together"]]))
-    assert main(["compare", "six.json", "--runs", "shown.h5", "-o", "page.html"]) == 2
-    assert "kind is 'multiaxis'" in capsys.readouterr().err
     assert main(["simulate", "six.json", "x.h5", "--band", "80", "-o", "out.h5"]) == 2
     assert "no band" in capsys.readouterr().err
     whole = json.loads(Path("six.json").read_text())
@@ -106,3 +104,20 @@ def test_a_file_of_several_axes_is_checked_and_has_no_place_among_models_of_one(
         Path("bad.json").write_text(json.dumps({**whole, **change}))
         assert main(["simulate", "bad.json", "shown.h5", "-o", "out.h5"]) == 2
         assert f"bad.json: {where}" in capsys.readouterr().err
+
+
+def test_compare_takes_the_main_force_of_several_axes_beside_a_model_of_one(
+    place: Path, runs: dict[str, Run], capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_multiaxis("six.json", identify_axes([runs["together"]]))
+    write_model(Path("one.json"), Model(name="one", elements=(element("viscous_damping", {"c": 600.0}),)))
+    capsys.readouterr()
+    assert main(["compare", "one.json", "six.json", "--runs", "shown.h5", "-o", "page.html", "--json"]) == 0
+    one, six = json.loads(capsys.readouterr().out)["models"]
+    assert (six["kind"], six["training_range"]) == ("multiaxis", "stated")
+    assert six["fit"] > max(80.0, one["fit"])
+    assert six["parameters"] > 12
+    assert set(six["runs"][0]["outside_training"]) <= {"displacement", "displacement_y"}
+    assert main(["compare", "six.json", "--runs", "x.h5", "--rate", "50", "-o", "page.html", "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["models"]
+    assert "identified at" in row["runs"][0]["failure"]

@@ -42,6 +42,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "pushed": with_channel(driven, "force_wanted", 5e4 + driven.channels["force"], "N"),
         "still": with_channel(driven, "displacement", np.zeros(x.size), "m"),
         "dead": with_channel(driven, "force", np.full(x.size, 7.0), "N"),
+        "faint": with_channel(driven, "force", 1e-300 * driven.channels["force"], "N"),
+        "minute": with_channel(driven, "displacement", 1e-300 * x, "m"),
         "two": cut(driven, 2),
         "forceless": without(driven, "force"),
     }
@@ -51,6 +53,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     write_model(tmp_path / "forward.json", Model(name="forward", elements=parts))
     weak = (element("viscous_damping", {"c": 300.0, "c_control": 5.0}),)
     write_model(tmp_path / "weak.json", Model(name="weak", elements=weak))
+    hard = (element("viscous_damping", {"c": 1e300}),)
+    write_model(tmp_path / "hard.json", Model(name="hard", elements=hard))
     monkeypatch.chdir(tmp_path)
     assert main(["identify", "arx", "driven.h5", "--regressors", "F1 v0 i0", "-o", "needs_current.json"]) == 0
     return tmp_path
@@ -71,6 +75,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             ["current is displacement times a constant", "leave one of them out of the regressors"],
         ),
         (["identify", "mlp", "still.h5"], ["still.h5", "displacement"]),
+        (["identify", "hybrid", "faint.h5"], ["faint.h5: channel 'force' is frozen at"]),
+        (["identify", "hybrid", "minute.h5"], ["minute.h5: channel 'displacement' is frozen at"]),
         (
             ["identify", "nnoe", "driven.h5", "faster.h5"],
             ["faster.h5 has 500 Hz, driven.h5 200 Hz", "one sample rate", "(--rate)"],
@@ -106,6 +112,14 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (["identify", "arx", "driven.h5", "--select", "--nodes", "5"], ["arx is a kind without nodes"]),
         (["identify", "polynomial", "driven.h5", "--regressors", "v0", "--nodes", "5"], ["is a kind without nodes"]),
         (["identify", "inverse", "nearly.h5"], ["current is 0.5 A in all runs"]),
+        (["identify", "arx", "driven.h5", "--regressors", "x" * 5000], ["regressor 'xxx"]),
+        (["identify", "arx", "driven.h5", "--regressors", "v\uff10"], ["regressor 'v\uff10'"]),
+        (["identify", "narx", "driven.h5", "--layers", "1" * 5000], ["layers are '111"]),
+        (["identify", "narx", "driven.h5", "--layers", "\u0663"], ["layers are '\u0663'"]),
+        (
+            ["identify", "hybrid", "passive.h5", "--base", "hard.json"],
+            ["passive.h5: 'hard' gives ", "no machine has more than 1e+12 N"],
+        ),
         (
             ["identify", "inverse", "driven.h5", "--base", "weak.json"],
             ["the current changes the force of 'weak' by less than 10 % of its rms at every sample"],
@@ -124,10 +138,28 @@ def test_it_is_refused_in_one_line_and_nothing_is_written(
     capsys.readouterr()
     assert main([*words, "-o", "made.h5"]) == 2
     said = capsys.readouterr()
-    refusal = said.err.splitlines()[-1]  # after what the data checks found
+    (refusal,) = said.err.splitlines()  # what the data checks find is said of runs that can be used
     assert all(part in refusal for part in parts), said.err
+    assert len(refusal) < 500
     assert not said.out
     assert sorted(path.name for path in place.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["identify", "arx", "driven.h5"], ["identify", "inverse", "faster.h5", "--held-out", "driven.h5"],
+     ["identify", "multiaxis", "driven.h5"], ["fit", "forward.json", "faster.h5", "driven.h5"]],
+    ids=" ".join,
+)  # fmt: skip
+def test_a_model_is_not_written_over_a_run_that_it_is_made_of(
+    place: Path, words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = (place / "driven.h5").read_bytes()
+    capsys.readouterr()
+    assert main([*words, "-o", str(place / "driven.h5")]) == 2
+    (refusal,) = capsys.readouterr().err.splitlines()
+    assert "driven.h5: is a run that this command reads: give another place" in refusal
+    assert (place / "driven.h5").read_bytes() == before
 
 
 def test_runs_of_two_rates_are_resampled_on_request(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -137,6 +169,11 @@ def test_runs_of_two_rates_are_resampled_on_request(place: Path, capsys: pytest.
     capsys.readouterr()
     assert main(["simulate", "both.json", "driven.h5", "-o", "out.h5"]) == 2
     assert "identified at 100 Hz" in capsys.readouterr().err
+    assert main(["simulate", "both.json", "driven.h5", "--rate", "100", "-o", "out.h5"]) == 0
+    assert (read_run(Path("out.h5")).sample_rate_hz, read_run(Path("out.h5")).samples) == (100.0, 450)
+    assert main(["compare", "both.json", "--runs", "driven.h5", "--rate", "100", "-o", "out.html", "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out.partition("\n")[2])["models"]
+    assert row["fit"] > 30.0
 
 
 @pytest.mark.parametrize(

@@ -121,13 +121,15 @@ def test_a_comparison_is_that_of_the_command_line(
         {**MODEL, "name": "stiffer", "paths": {"core": [{"element": "viscous_damping", "parameters": {"c": 700.0}}]}},
     ]
     paths[1].write_text(json.dumps(models[1]))
-    job = done(base, {"kind": "compare", "models": models, "runs": [sent(base, folder / n) for n in NAMES[:2]]})
+    sent_runs = [sent(base, folder / n) for n in NAMES[:2]]
+    job = done(base, {"kind": "compare", "models": models, "runs": sent_runs, "rate_hz": 500.0})
     assert job["name"] == "comparison of 2 models"
     runs = [str(folder / name) for name in NAMES[:2]]
-    given = [*map(str, paths), "--runs", *runs, "-o", str(tmp_path / "comparison.html"), "--json"]
+    given = [*map(str, paths), "--runs", *runs, "-o", str(tmp_path / "comparison.html"), "--rate", "500", "--json"]
     assert main(["compare", *given]) == 0
     here, there = json.loads(capsys.readouterr().out), get(base, job["files"]["comparison.json"])
     assert there["runs"] == here["runs"]
+    assert {one["sample_rate"] for one in here["runs"]} == {500.0}
     for sent_model, given_model in zip(there["models"], here["models"], strict=True):
         assert {key: sent_model[key] for key in FIGURES} == {key: given_model[key] for key in FIGURES}
     assert job["result"]["models"][1] == {"model": "stiffer"} | {

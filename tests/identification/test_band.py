@@ -125,12 +125,32 @@ def test_the_band_holds_its_level_of_errors_that_could_be_exchanged(seed: int, c
     rng = np.random.default_rng(seed)
     spread = rng.uniform(0.0, 3.0, 4 * count)
     errors = rng.standard_normal(4 * count) * np.hypot(1.0, spread)
-    parts = [LeftOut(errors[k * count : (k + 1) * count], spread[k * count : (k + 1) * count]) for k in range(3)]
+    swings = rng.uniform(0.0, 300.0, count)
+    parts = [
+        LeftOut(errors[k * count : (k + 1) * count], spread[k * count : (k + 1) * count], swings) for k in range(3)
+    ]
     band, last = band_of(parts), slice(3 * count, None)
-    held = float(np.mean(np.abs(errors[last]) <= band.half_width(spread[last], 0.9)))
+    held = float(np.mean(np.abs(errors[last]) <= band.half_width(spread[last], 0.9, swings=swings)))
     tolerance = 5.0 * np.sqrt(0.09 * (1.0 / count + 1.0 / (3 * count)))
     assert abs(held - 0.9) < tolerance
     assert abs(coverage_of(parts) - 0.9) < tolerance
+
+
+@pytest.mark.parametrize("grows", [True, False])
+def test_beyond_the_forces_of_the_training_a_band_grows_as_far_as_errors_did(grows: bool) -> None:
+    rng = np.random.default_rng(4)
+    swings = rng.uniform(50.0, 200.0, (3, 3000))
+    sizes = 0.1 * swings if grows else np.full(swings.shape, 12.0)
+    errors = rng.standard_normal(swings.shape) * sizes
+    band = band_of([LeftOut(e, np.zeros(e.size), s) for e, s in zip(errors, swings, strict=True)])
+    far = rng.standard_normal(20_000) * (40.0 if grows else 12.0)
+    held = float(np.mean(np.abs(far) <= band.half_width(np.zeros(far.size), 0.9, swings=400.0)))
+    assert 0.85 <= held <= 0.96
+
+
+def test_a_band_of_a_file_without_a_growth_is_the_same_everywhere() -> None:
+    band = Band(3.0, (1.5,) * len(LEVELS))
+    assert np.array_equal(band.half_width(np.zeros(3), 0.9, swings=np.array([0.0, 1e3, 1e12])), np.full(3, 4.5))
 
 
 def test_the_band_comes_back_from_its_file_as_it_was(tmp_path: Path) -> None:
@@ -158,6 +178,9 @@ def test_a_file_without_a_band_is_read_and_has_none(tmp_path: Path) -> None:
         ({"factors": [2.0] + [1.0] * (len(LEVELS) - 1)}, r"band\.factors must be finite, not negative, and rise"),
         ({"factors": ["1"] * len(LEVELS)}, r"band\.factors\[0\] is '1'"),
         ({"levels": [0.9]}, r"band\.levels must be"),
+        ({"growth": -0.1}, r"band\.growth is -0\.1: it must lie within 0 … 1"),
+        ({"growth": None}, r"band\.growth is None"),
+        ({"swing": 0.0}, r"band\.swing is 0 N"),
     ],
 )
 def test_a_broken_band_is_refused_with_the_place(more: dict[str, Any], message: str, tmp_path: Path) -> None:

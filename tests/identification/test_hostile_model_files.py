@@ -47,7 +47,13 @@ VALUES: tuple[object, ...] = (
     None, True, "x", "a\nb\x1b[31m", "y" * 5000, 0, -1, 0.5, 1e9, 1e308, -1e308, 1.7e308, 1e-320, 2**63, 10**400, [],
     {}, [[]], [None], [1] * 5000, ["v0", "v0"], ["v1000000000"], {"a": 1}, GONE, MORE, FEWER,
 )  # fmt: skip
-BAND = {"floor": 3.0, "levels": None, "factors": [0.5, 0.7, 0.9, 1.1, 1.3, 1.6, 2.0, 2.4, 3.0]}
+BAND = {
+    "floor": 3.0,
+    "growth": 0.3,
+    "swing": 300.0,
+    "levels": None,
+    "factors": [0.5, 0.7, 0.9, 1.1, 1.3, 1.6, 2.0, 2.4, 3.0],
+}
 
 
 def layered() -> LayeredNarx:

@@ -13,9 +13,18 @@ from hypothesis import strategies as st
 from identification.blackbox import Layers, Structure, identify, layers_asked, regressors
 from identification.blackbox.activations import ACTIVATIONS
 from identification.blackbox.evolution import POPULATION, evolve
+from identification.blackbox.given import given as given_runs
 from identification.blackbox.layered import LayeredNarx
-from identification.blackbox.layered_training import trained_best, usual_beside
+from identification.blackbox.layered_training import (
+    Layered,
+    layered,
+    squares_on,
+    train_layered,
+    trained_best,
+    usual_beside,
+)
 from identification.blackbox.layers import Predictor, Rows, first_layer_weights, rows_of
+from identification.blackbox.networks import scales_for
 from identification.blackbox.samples import course_along, samples_of
 from identification.blackbox.scaling import Scale
 from identification.blackbox.writing import write_identified
@@ -113,6 +122,19 @@ def test_a_layered_network_is_identified_and_comes_back_from_its_file(tmp_path: 
     again = load_model(tmp_path / "n.json")
     motion = checked_motion(again, runs[1])
     assert (again.kind, np.array_equal(again.force(motion), found.model.force(motion))) == ("layered", True)
+
+
+def test_of_several_starts_the_one_is_kept_whose_free_run_on_the_training_is_nearest() -> None:
+    structure, run = Structure(regressors("F1 F2 v0 v1"), 0), hysteretic(3, 600)
+    taken = given_runs("narx", [run], structures=[structure], layers=Layers((5, 3)))
+    scales = scales_for(taken.courses, [structure])
+    found, judged, _ = layered([Layered(structure, Layers((5, 3)), 0.002)], taken.courses, lambda done, text: None)
+    one = judged[0].candidate
+    assert isinstance(one, Layered)
+    each = [train_layered(one, taken.courses, scales, seed=seed) for seed in (1, 2, 3)]
+    errors = [squares_on(model, taken.courses) for model in (found, *each)]
+    assert errors[0] <= min(errors)
+    assert errors[0] < max(errors)
 
 
 def test_an_evolution_is_judged_beside_random_weights_and_kept_where_it_is_better() -> None:

@@ -20,6 +20,7 @@ from identification.models import (
     Motion,
     SimulationModel,
     TrainingRange,
+    compare,
     load_model,
     motion_from,
     motion_of,
@@ -41,6 +42,17 @@ CUBIC = {
     "trained": 0.1,
 }
 VISCOUS = Model(name="viscous", elements=(element("viscous_damping", {"c": 1000.0}),))
+
+
+def test_a_force_that_no_machine_has_is_named_and_not_given() -> None:
+    hard = Model(name="hard", elements=(element("viscous_damping", {"c": 1e30}),))
+    with pytest.raises(
+        SimulationError, match=r"'hard' gives -?\d\.\d+e\+\d+ N at .* s: no machine has more than 1e\+12"
+    ):
+        simulate_run(hard, run("none", 1, seed=4))
+    (row,) = compare([hard], [run("none", 1, seed=4)]).rows
+    assert row.rms is None
+    assert "no machine has" in row.cells[0].failure
 
 
 def written(path: Path, data: Any) -> Path:

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_info, threadpool_limits
 
+from identification.blackbox import Base
 from identification.errors import DataError, SimulationError
 from identification.multiaxis import (
     LOADS,
@@ -31,6 +32,8 @@ from identification.multiaxis import (
     superposed,
 )
 from identification.multiaxis.axes import moves
+from identification.physical.model import Model, element
+from identification.physical.modelfile import model_to_json
 from rigctl.runfile import Run, read_run, write_run
 from sim_rig.multi_axis import ANTI_YAW, played
 from tests.identification.six_axes import LARGEST, RATE_HZ, by_formula, motion, run_of, singles_of
@@ -54,6 +57,12 @@ def singles() -> tuple[Run, ...]:
 @cache
 def model() -> MultiAxis:
     return identify_axes([superposed(singles())])
+
+
+def test_a_base_with_a_force_that_no_machine_has_is_named() -> None:
+    hard = Model(name="hard", elements=(element("viscous_damping", {"c": 1e300}),))
+    with pytest.raises(SimulationError, match=r"'hard' gives .* N at .* s: no machine has more than 1e\+12 N"):
+        identify_axes([by_formula(motion(1), "together")], base=Base(hard, model_to_json(hard)))
 
 
 def test_the_inputs_of_each_load_are_those_that_it_depends_on() -> None:

@@ -20,7 +20,7 @@ from identification.blackbox.polynomialfile import polynomial_to_json
 from identification.blackbox.preparation import course_of
 from identification.blackbox.samples import course_along, samples_of
 from identification.blackbox.scaling import MARGIN
-from identification.blackbox.terms import first_that_forgets
+from identification.blackbox.terms import best_on_all, mean_square_on
 from identification.blackbox.training import scales_of
 from identification.errors import ModelFileError
 from identification.models import load_model, motion_from, motion_of
@@ -81,9 +81,25 @@ def test_the_first_polynomial_that_forgets_its_start_is_taken() -> None:
         )
         for own in (1.0, 0.9, 0.5)
     )
-    assert first_that_forgets([sums, forgets, lags], [course]) == 1
-    assert first_that_forgets([lags, sums], [course]) == 0
-    assert first_that_forgets([sums, sums], [course]) is None
+    assert best_on_all([(0.1, sums), (0.2, forgets), (0.3, lags)], [course]) == 1
+    assert best_on_all([(0.1, lags), (0.2, sums)], [course]) == 0
+    assert best_on_all([(0.1, sums), (0.2, sums)], [course]) is None
+
+
+def test_a_polynomial_is_no_better_than_its_free_run_on_what_it_learned() -> None:
+    course = course_along(motion_from(0.005 * np.sin(np.arange(300) * 0.02), 1.0 / DT))
+    structure = Structure(regressors("v0"), 0)
+    true, near, far = (
+        PolynomialNarx(
+            name="", dt=DT, scales=SCALES, structure=structure, terms=((0,),), coefficients=np.array([slope])
+        )
+        for slope in (0.8, 0.9, -0.1)
+    )
+    course = replace(course, force=true.along(course))
+    near_error, far_error = (mean_square_on(model, [course]) for model in (near, far))
+    assert far_error > 10.0 * near_error
+    assert best_on_all([(0.0, far), (0.9 * far_error, near)], [course]) == 1
+    assert best_on_all([(0.0, far), (1.1 * far_error, near)], [course]) == 0
 
 
 def of_force(*coefficients: float) -> PolynomialNarx:

@@ -19,7 +19,7 @@ from identification.blackbox.samples import LEAD, Course, samples_of
 from identification.blackbox.search import SHORTLIST, Offer, search
 from identification.blackbox.search_page import search_html
 from identification.blackbox.selection import Known, Step, candidates, select, without_each
-from identification.blackbox.selectionfile import read_selection, write_selection
+from identification.blackbox.selectionfile import digest_of, read_selection, write_selection
 from identification.blackbox.share import fair_share
 from identification.blackbox.structure import Structure, regressors
 from identification.blackbox.training import scales_of
@@ -177,3 +177,17 @@ def test_a_search_of_runs_is_drawn_and_goes_on_from_its_file(tmp_path: Path) -> 
         search("hybrid", runs)
     with pytest.raises(DataError, match="longest delay is 0"):
         Offer(longest=0)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "not the JSON of a search: name another file, or remove it"),
+        ('{"format": "damper-rig/selection", "training": "%s", "tried": 5}', r"tried is a number: it must be a list"),
+    ],
+)
+def test_a_state_that_is_none_is_refused_with_the_cure(text: str, message: str, tmp_path: Path) -> None:
+    course = course_of(hysteretic(6, 700), ())
+    (tmp_path / "search.json").write_text(text.replace("%s", digest_of([course])))
+    with pytest.raises(DataError, match=rf"search\.json: {message}"):
+        read_selection(tmp_path / "search.json", [course])

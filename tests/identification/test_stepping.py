@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +73,25 @@ CONTROLLED = Model(
 def test_the_control_path_gives_step_by_step_what_it_gives_along_the_motion() -> None:
     force = CONTROLLED.force(motion())
     assert np.max(np.abs(stepped(CONTROLLED, motion()) - force)[SETTLED]) <= 1e-5 * np.ptp(force)
+
+
+@pytest.mark.parametrize("model", BLACK, ids=lambda m: m.name)
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -1e300])
+def test_a_bad_input_on_the_way_gives_step_by_step_what_it_gives_along_the_motion(model: BlackBox, bad: float) -> None:
+    m = motion()
+    spoilt = {name: getattr(m, name).copy() for name in ("x", "v", "a", "i", "temperature")}
+    for k, series in enumerate(spoilt.values()):
+        series[400 + 7 * k : 405 + 7 * k] = bad
+    given = replace(m, **spoilt)
+    force = model.force(given)
+    assert np.max(np.abs(stepped(model, given) - force)[SETTLED]) <= 1e-6 * np.ptp(force)
+
+
+@pytest.mark.parametrize("model", BLACK, ids=lambda m: m.name)
+def test_a_start_that_is_no_number_gives_a_number(model: BlackBox) -> None:
+    stepper = model.stepper(DT)
+    assert np.isfinite(stepper.start(Moment(np.nan, np.inf, np.nan, -np.inf, np.nan)))
+    assert np.isfinite(stepper.advance(Moment(v=np.nan)))
 
 
 @pytest.mark.parametrize("model", [CONTROLLED, literature("LuGre"), *BLACK], ids=lambda m: m.name)
