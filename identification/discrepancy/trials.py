@@ -40,6 +40,7 @@ class Trial:
     stroke: float  # the longest, m
     swing: float  # the largest of the current within one record, A
     speed: float  # rms, m/s
+    slow: float  # the lowest typical one, m/s
     current: float  # mean, A
 
     @property
@@ -281,6 +282,7 @@ def trial_of(fit: Fit, own_id: str, start: Fit, records: Sequence[Record], scree
     own = fit.model.element(own_id)
     free = [not p.fixed and not q.refinement for p, q in zip(own.parameters, own.spec.parameters, strict=True)]
     whole, formed = contribution_and_form(fit.model, own_id, records)
+    scales = scales_of(records, 0.0)
     return Trial(
         id=own_id,
         fit=fit,
@@ -294,7 +296,8 @@ def trial_of(fit: Fit, own_id: str, start: Fit, records: Sequence[Record], scree
         force=float(np.sqrt(np.mean(np.concatenate([r.measured for r in records]) ** 2))),
         stroke=max(float(np.ptp(r.motion.x)) for r in records),
         swing=max(float(np.ptp(r.motion.i)) for r in records),
-        speed=float(np.sqrt(np.mean(np.concatenate([r.motion.v[r.window] for r in records]) ** 2))),
+        speed=scales.v_rms,
+        slow=scales.speeds[0],
         current=float(np.mean(np.concatenate([r.motion.i[r.window] for r in records]))),
     )
 
@@ -417,7 +420,7 @@ def is_mistaken(trial: Trial) -> bool:
     others = [e.spec for e in trial.fit.model.elements if e is not own]
     around = Surroundings(
         others=others, force=trial.force, stroke=trial.stroke, swing=trial.swing, speed=trial.speed,
-        current=trial.current,
+        slow=trial.slow, current=trial.current,
     )  # fmt: skip
     return own.spec.mistaken is not None and own.spec.mistaken(own.values(), around)
 

@@ -89,3 +89,12 @@ def test_a_bend_that_takes_several_times_the_slope_of_the_force_is_a_yield_force
     valve = element("relief_valve", {"c_drop": drop, "w_knee": 0.1, "c_drop_control": gain})
     fit = fit_records(LINEAR.with_element(valve), records, max_iterations=0)
     assert is_mistaken(trial_of(fit, "relief_valve", base, records, 0.0)) == refused
+
+
+@pytest.mark.parametrize(("knee", "refused"), [(0.05, False), (2e-4, True)])
+def test_a_curve_that_bends_far_below_the_slow_speeds_is_a_friction(knee: float, refused: bool) -> None:
+    records = [compact(record_from_run(controlled(k, 0.03, 1.0))) for k in range(2)]
+    base = fit_records(LINEAR, records, max_iterations=0)
+    curve = element("piecewise_linear_damping", {"c1": 40.0 / knee, "c2": 5.0, "f_r": 40.0})
+    fit = fit_records(LINEAR.with_element(curve), records, max_iterations=0)
+    assert is_mistaken(trial_of(fit, "piecewise_linear_damping", base, records, 0.0)) == refused

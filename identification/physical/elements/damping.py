@@ -57,6 +57,11 @@ def _tanh_starts(s: Scales) -> Sequence[Values]:
     return [{"alpha": s.gap, "alpha_control": 0.0, "beta": 1.0 / w, "delta": 0.2} for w in (s.speeds[0], s.speeds[1])]
 
 
+def _is_friction(values: Values, around: Surroundings) -> bool:
+    """Whether a curve bends far below the lowest typical speed."""
+    return FORM.disproportionate * values["f_r"] < values["c1"] * around.slow
+
+
 def _is_yield(values: Values, around: Surroundings) -> bool:
     """Whether a bend takes several times the slope that force over velocity has: such a curve yields near rest."""
     drop = values["c_drop"] + values["c_drop_control"] * around.current
@@ -112,6 +117,7 @@ ROWS: Final = (
             ParameterSpec("f_r", "N", remedy=Remedy.SPEEDS),
         ),
         starts=_piecewise_starts,
+        mistaken=_is_friction,
         curve=Curve.WHOLE,
     ),
     ElementSpec(

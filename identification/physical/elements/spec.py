@@ -89,6 +89,7 @@ class Surroundings:
     stroke: float  # the longest, m
     swing: float  # the largest of the current within one run, A
     speed: float  # rms, m/s
+    slow: float  # the lowest typical speed, m/s
     current: float  # mean, A
 
 
