@@ -86,8 +86,16 @@ def confidence(features: Features, table: Table) -> float:
     """
     against = sum(table.weights[name] * d for name, d in doubts(features).items())
     z = max(min(table.without_doubt - against, _LARGE), -_LARGE)
-    borne_out = min(1.0 / (1.0 + exp(-z)), (*table.most, 1.0)[min(max(features.runs, 1), 3) - 1])
-    return borne_out if borne_out >= table.sure_from else min(borne_out, _NEARLY_SURE)
+    return min(_stated(1.0 / (1.0 + exp(-z)), table), most_from(features.runs, table))
+
+
+def most_from(runs: int, table: Table) -> float:
+    """The most that is stated of a name that so many runs show."""
+    return _stated((*table.most, 1.0)[min(max(runs, 1), 3) - 1], table)
+
+
+def _stated(probability: float, table: Table) -> float:
+    return probability if probability >= table.sure_from else min(probability, _NEARLY_SURE)
 
 
 def confidence_without_rival(runs: int, table: Table) -> float:

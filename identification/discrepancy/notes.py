@@ -8,6 +8,7 @@ import numpy as np
 
 from excitation.kinds import Kind
 from identification.criteria import BUDGET, FORM, TEXT
+from identification.discrepancy.confidence import most_from
 from identification.discrepancy.confidence_table import fitted_table
 from identification.discrepancy.evidence import Evidence
 from identification.discrepancy.explanation import Traces
@@ -70,7 +71,7 @@ def coarse(model: Model, records: Sequence[Record]) -> list[str]:
 
 def capped(evidence: Sequence[Evidence]) -> list[str]:
     """The names that would be surer if more runs had shown them."""
-    most = dict(enumerate(fitted_table().most, start=1))
+    most = {runs: most_from(runs, fitted_table()) for runs in (1, 2)}
     return [
         f"{CATALOGUE[name_of(e.name)].title}: no confidence above {most[runs]:.2f} is stated for what "
         f"{'one run shows' if runs == 1 else 'two runs show'}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from identification.criteria import FORM
+from identification.criteria import FORM, TEXT
 from identification.discrepancy.evidence import Evidence, excess_on
 from identification.discrepancy.excess import excess_of, is_seen
 from identification.discrepancy.naming import (
@@ -55,9 +55,10 @@ def search_in_passes(
 
     A doubtful name that is taken back leaves room for another, and a small effect hides in the error of form that a
     large one may have: the search is repeated with the names that stand as part of the base, until a pass finds none.
-    What it finds within the tolerance of form counts where it closes nearly all that was left: a departure of form is
-    no other element. Each pass looks at the fair shares of the `whole` records in which the model it starts from fails
-    most: an effect may act elsewhere than where the first one failed. How far a form departs is judged on the whole.
+    What it finds within the tolerance of form counts where it closes nearly all that was left, or is sure: a departure
+    of form is no other element. Each pass looks at the fair shares of the `whole` records in which the model it starts
+    from fails most: an effect may act elsewhere than where the first one failed. How far a form departs is judged on
+    the whole.
     """
     whole = records if whole is None else whole
     found, evidence, withheld = one_pass(given, base, (), (), records, held_out, report)
@@ -69,7 +70,8 @@ def search_in_passes(
         report(f"searching for more beside {len(found.names)}")
         more, new, doubtful = one_pass(found.fit.model, found.fit, found.names, refused, records, held_out, report)
         latest, refused = more.names, _refused(more, doubtful)
-        if latest and not _gap_remains_on(whole, found, base) and not _closes_the_rest(more, found, held_out):
+        counts = _closes_the_rest(more, found, held_out) or _are_sure(new)
+        if latest and not _gap_remains_on(whole, found, base) and not counts:
             within = None if _are_curves(more) else more
             break
         withheld = list({e.name: e for e in (*withheld, *doubtful)}.values())
@@ -112,6 +114,11 @@ def _closes_the_rest(more: Search, found: Search, held_out: Sequence[Record]) ->
     is left, on records that were held out too, and none is a curve over velocity, as that of another one may be off."""
     before, after = (excess_on(held_out, s.fit.model) for s in (found, more))
     return more.excess < FORM.minor * found.excess and after < before and not _are_curves(more)
+
+
+def _are_sure(new: Sequence[Evidence]) -> bool:
+    """Whether names within the tolerance of the forms of others are sure: a departure of form is not that steady."""
+    return all(e.confidence >= TEXT.sure for e in new)
 
 
 def _are_curves(more: Search) -> bool:

@@ -129,7 +129,10 @@ def departing(seed: int) -> Record:
     return compact(record_from_run(recorded("spring", seed, x, 900.0 * v + 5000.0 * stiffer * x, noise=1.0)))
 
 
-def test_a_departure_of_form_is_no_larger_where_a_pass_has_looked_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("confidence", "counts"), [(None, False), (0.89, False), (0.95, True)])
+def test_a_departure_of_form_is_no_larger_where_a_pass_has_looked_for_it_and_what_is_sure_is_none(
+    confidence: float | None, counts: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     whole = [departing(k) for k in range(4)]
     dashpot = Model(name="m", elements=(element("viscous_damping", {"c": 800.0, "c_control": 0.0}, ("c_control",)),))
     base = fit_records(dashpot, whole)
@@ -140,13 +143,17 @@ def test_a_departure_of_form_is_no_larger_where_a_pass_has_looked_for_it(monkeyp
     bare = Search(fit=base, names=(), excess=excess_of(base), given=dashpot, base_excess=excess_of(base))
     found = append_name(bare, spring, [spring])
     more = replace(append_name(found, mass, [mass]), names=("moving_mass",), earlier=("linear_stiffness",))
-    told = Told((found, gather(found, whole, whole), []), (more, gather(more, whole, whole), []))
+    [new] = gather(more, whole, whole)
+    new = new if confidence is None else replace(new, confidence=confidence)
+    told = Told((found, gather(found, whole, whole), []), (more, [new], []))
     told.last = more
     monkeypatch.setattr(PASSES, "one_pass", told)
     passes = search_in_passes(dashpot, base, whole, whole, str, whole=whole)
+    assert passes.found.names == (("linear_stiffness", "moving_mass") if counts else ("linear_stiffness",))
+    if counts:
+        return
     assert sum(r.measured.size for r in passes.records) < 0.5 * sum(r.measured.size for r in whole)
     assert gap_remains(passes.found, passes.records), "the case is one of pieces that were chosen for what is left"
-    assert passes.found.names == ("linear_stiffness",)
     assert passes.within is more
 
 
