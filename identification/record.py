@@ -332,13 +332,15 @@ def is_off(current: Floats) -> bool:
 
 
 def _without_noise_of_current(motion: Motion) -> Motion:
-    """The motion with its mean in the place of a current that is only the noise of its sensor about that.
+    """The motion with its mean, or zero, in the place of a current that is only the noise of its sensor about that.
 
     Runs at one current tell a force from its growth with the current by nothing but that noise: a fit would take the
     two apart by it, and be far off at any other current.
     """
     mean, scatter = float(np.mean(motion.i)), float(np.std(motion.i))
-    alone = _is_noise(motion.i) and (scatter < FORM.minor * abs(mean) or is_off(motion.i))
+    if is_off(motion.i):
+        return replace(motion, i=np.zeros_like(motion.i))
+    alone = _is_noise(motion.i) and scatter < FORM.minor * abs(mean)
     return replace(motion, i=np.full_like(motion.i, mean)) if alone else motion
 
 

@@ -398,7 +398,7 @@ def own_form(trial: Trial) -> float:
 def complexity(trial: Trial) -> float:
     """Free parameters, one more for a whole damping curve beside that of the base, and one for unlikely values."""
     spec, own = trial.own.spec, trial.own.values()
-    unlikely = spec.unlikely is not None and spec.unlikely(own)
+    unlikely = spec.unlikely is not None and spec.unlikely(own, _around(trial))
     return trial.parameters + (1.0 if spec.curve == Curve.WHOLE else 0.0) + (1.0 if unlikely else 0.0)
 
 
@@ -417,12 +417,15 @@ def overpowers(trial: Trial) -> bool:
 def is_mistaken(trial: Trial) -> bool:
     """Whether the fit made of the element what another one is, such as a play that only gives way."""
     own = trial.own
-    others = [e.spec for e in trial.fit.model.elements if e is not own]
-    around = Surroundings(
-        others=others, force=trial.force, stroke=trial.stroke, swing=trial.swing, speed=trial.speed,
-        slow=trial.slow, current=trial.current,
+    return own.spec.mistaken is not None and own.spec.mistaken(own.values(), _around(trial))
+
+
+def _around(trial: Trial) -> Surroundings:
+    own = trial.own
+    return Surroundings(
+        others=[e.spec for e in trial.fit.model.elements if e is not own], force=trial.force, stroke=trial.stroke,
+        swing=trial.swing, speed=trial.speed, slow=trial.slow, current=trial.current,
     )  # fmt: skip
-    return own.spec.mistaken is not None and own.spec.mistaken(own.values(), around)
 
 
 def _top(p: Parameter, spec: ParameterSpec) -> float:

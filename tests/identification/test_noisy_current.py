@@ -46,6 +46,7 @@ def test_a_current_that_is_only_noise_about_its_mean_is_its_mean(level: float) -
     record = record_from_run(controlled(1, level))
     assert np.ptp(record.motion.i) == 0.0
     assert record.motion.i[0] == pytest.approx(level, abs=4 * NOISE_A / np.sqrt(record.motion.i.size))
+    assert (record.motion.i[0] == 0.0) == (level == 0.0), "off is no current"
 
 
 def test_a_current_that_is_stepped_or_designed_as_noise_stays_as_it_is() -> None:

@@ -68,14 +68,14 @@ def _is_yield(values: Values, around: Surroundings) -> bool:
     return drop * around.speed > FORM.disproportionate * around.force
 
 
-def _has_no_loop(values: Values) -> bool:
-    """Whether a hysteresis is a plain curve, as others are that fit alike."""
-    return values["delta"] < FORM.build_up
+def _is_plain(values: Values, around: Surroundings) -> bool:
+    """Whether a hysteresis has no loop and bends within the speeds of the motion, as others do; below, it yields."""
+    return values["delta"] < FORM.build_up and FORM.disproportionate * around.slow * values["beta"] < 1.0
 
 
 def _without_loop(values: Values, others: Sequence[ElementSpec]) -> bool:
     """Whether a hysteresis beside a whole curve has no loop: it corrects that curve."""
-    return _has_no_loop(values) and any(o.curve == Curve.WHOLE for o in others)
+    return values["delta"] < FORM.build_up and any(o.curve == Curve.WHOLE for o in others)
 
 
 ROWS: Final = (
@@ -231,7 +231,7 @@ ROWS: Final = (
         starts=_tanh_starts,
         by_position=True,
         curve=Curve.WHOLE,
-        unlikely=_has_no_loop,
+        unlikely=_is_plain,
         denied=_without_loop,
     ),
     ElementSpec(

@@ -36,7 +36,7 @@ ROWS: Final = (
         starts=lambda s: [{"tau": 0.03 * s.motion_time}],
         moves_all=True,
         denied=lambda v, others: -v["tau"] > FORM.minor * v["lag"] > 0.0,  # early and late at once: a mere shape
-        unlikely=lambda v: v["tau"] < 0.0,  # no damper answers ahead of its motion: its mass does nearly that
+        unlikely=lambda v, _: v["tau"] < 0.0,  # no damper answers ahead of its motion: its mass does nearly that
         alias=Alias("a skew of the displacement channel", "feed one electrical signal into both channels"),
     ),
     ElementSpec(

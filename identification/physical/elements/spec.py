@@ -169,7 +169,7 @@ class ElementSpec:
     does_both: tuple[str, ...] = ()  # elements whose work it does alone: tried in their place where all are named
     limits_of: tuple[Growth, ...] = ()  # richer elements of which it is a limit: tried wherever one of these fits
     # Whether the values take more than one cause: of two elements that fit alike the other one is named.
-    unlikely: Callable[[Values], bool] | None = None
+    unlikely: Callable[[Values, Surroundings], bool] | None = None
     # Whether the values, beside elements of these rows, deny the name: such a fit has lost its element.
     denied: Callable[[Values, Sequence[ElementSpec]], bool] | None = None
     # Whether the values, in these surroundings, are what another element is: such a fit gets no name.
