@@ -296,11 +296,25 @@ def started(p, z, i):
     return s
 
 
+@inner
+def warmed(p, x):
+    """Temperature of a gas at the first instant of a motion that has lasted, over that around it."""
+    before = 0.0
+    for z in x:
+        before += max(1.0 + z / p[GAS_LENGTH], 0.05) ** (p[GAS_N] - 1.0) / x.size
+    return before * max(1.0 + x[0] / p[GAS_LENGTH], 0.05) ** (1.0 - p[GAS_N])
+
+
 @compiled
-def moved(p, x, v, a, current, temperature, fine, dt):
-    """Force at every fine instant of a machine whose end is moved, N; current and temperature held over a sample."""
+def moved(p, x, v, a, current, temperature, fine, dt, lasted):
+    """Force at every fine instant of a machine whose end is moved, N; current and temperature held over a sample.
+
+    lasted : whether it has long moved when it begins, or was at rest.
+    """
     late = round(p[DELAY] / dt)
     s = started(p, x[0], current[0])
+    if lasted and p[GAS] != 0.0:
+        s[GAS_T] = warmed(p, x)
     mounted = p[BUSH] > 0.0 or p[PLAY] > 0.0
     force = np.empty(x.size)
     z, w, before, f = x[0], v[0], v[0], 0.0
@@ -361,7 +375,7 @@ class Motion:
 def force_of(values: Values, motion: Motion) -> Row:
     """Force between machine and load cell on the fine grid, N."""
     m = motion
-    result: Row = moved(vector(values), m.x, m.v, m.a, m.current, m.temperature, m.fine, m.dt)
+    result: Row = moved(vector(values), m.x, m.v, m.a, m.current, m.temperature, m.fine, m.dt, m.lead > 0)
     return result
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -24,13 +24,13 @@ def refine_curve(fit: Fit, index: int, records: Sequence[Record], *, gains: bool
     """
     specs = fit.model.elements[index].spec.parameters
     fit = beside_or_within(fit, index, records)
-    shape = [k for k, s in enumerate(specs) if s.refinement and not (s.gain or s.switch)]
+    shape = {k: _start(s, records, fit.rms) for k, s in enumerate(specs) if s.refinement and not (s.gain or s.switch)}
     gains = gains and any(r.has_current for r in records)
-    grows = [k for k, s in enumerate(specs) if s.refinement and s.gain and gains]
-    ways = {tuple(shape): _start({specs[k].unit for k in shape}, records, fit.rms), tuple(grows): Parameter(value=0.0)}
+    grows = {k: Parameter(value=0.0) for k, s in enumerate(specs) if s.refinement and s.gain and gains}
+    ways = [shape, grows]
     while ways:
-        finer = {numbers: _freed(fit, index, numbers, free, records) for numbers, free in ways.items()}
-        best = min(finer, key=lambda numbers: finer[numbers].chi2)
+        finer = [_freed(fit, index, way, records) for way in ways]
+        best = min(range(len(ways)), key=lambda k: finer[k].chi2)
         fit = finer[best]
         del ways[best]
     return fit
@@ -48,17 +48,17 @@ def beside_or_within(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     return fit
 
 
-def _freed(fit: Fit, index: int, numbers: Sequence[int], free: Parameter, records: Sequence[Record]) -> Fit:
-    """The fit with some parameters of one element free, where it is clearly the better.
+def _freed(fit: Fit, index: int, first: Mapping[int, Parameter], records: Sequence[Record]) -> Fit:
+    """The fit with some parameters of one element free from their first values, where it is clearly the better.
 
     What else of its finer shape is free goes where these alone fit as well: it was freed when the model lacked more.
     """
     own = fit.model.elements[index]
-    finer = [k for k in numbers if own.parameters[k].fixed]
+    finer = [k for k in first if own.parameters[k].fixed]
     excess = fit.chi2 - fit.samples
     if not finer or excess < CHANCE.at_noise * fit.samples:
         return fit
-    beside = tuple(free if k in finer else p for k, p in enumerate(own.parameters))
+    beside = tuple(first[k] if k in finer else p for k, p in enumerate(own.parameters))
     alone = tuple(_neutral(s) if s.refinement and not s.switch and k not in finer else p
                   for k, (s, p) in enumerate(zip(own.spec.parameters, beside, strict=True)))  # fmt: skip
     shaped = [_refitted(fit, index, parameters, records) for parameters in dict.fromkeys((alone, beside))]
@@ -112,14 +112,19 @@ def with_shapes_of(model: Model, fitted: Model) -> Model:
     return replace(model, elements=tuple(elements))
 
 
-def _start(units: set[str], records: Sequence[Record], gap: float) -> Parameter:
+def _start(spec: ParameterSpec, records: Sequence[Record], gap: float) -> Parameter:
     """First value and limits of a build-up: at zero its gradient vanishes, and a step that lands there would stay.
 
     A share has a gradient there, and a lag that of a dead time.
     """
     scales = scales_of(records, gap)
-    typical = {"m/s": scales.speeds[0], "m": FORM.minor * scales.x_rms, "s": scales.motion_time}
-    scale = next((typical[u] for u in units if u in typical), 0.0)
+    typical = {
+        "m/s": scales.speeds[0],
+        "m": FORM.minor * scales.x_rms,
+        "s": scales.motion_time,
+        "1/s": (scales.motion_time * scales.duration) ** -0.5,
+    }
+    scale = typical.get(spec.unit, 0.0)
     if scale == 0.0:
         return Parameter(value=0.0)
     return Parameter(value=BUDGET.build_up * scale, low=CHANCE.visible * scale, high=FORM.disproportionate * scale)

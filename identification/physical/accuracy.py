@@ -78,7 +78,7 @@ def _has_events(e: Element) -> bool:
     """Whether the element makes the force jump, opens a contact, or remembers."""
     jumps = e.spec.smooth_over is not None and e.value(e.spec.smooth_over) == 0.0
     play = any(p.place in ("gap", "f_slip") for p in e.spec.parameters)
-    return jumps or play or (e.spec.memory and e.spec.path == "core")
+    return jumps or play or (e.remembers and e.spec.path == "core")
 
 
 def _halved(motion: Motion) -> Motion:

@@ -81,7 +81,7 @@ def modify(core, at, memory, diss, work, wanted):
     for k in range(codes.size):
         if codes[k] >> SHIFT == _MODIFIER:
             dm[k] *= diss * factor
-        elif core.memory[k]:
+        elif core.memory[k] and codes[k] >> SHIFT != _SPRING:
             dm[k] *= factor
     if wanted:
         for j in range(core.p.size):
@@ -118,7 +118,7 @@ def core_force(core, at, memory, work, wanted):
             jump += own.jump
             work.dm[k] = own.by_memory
         elif family == _SPRING:
-            f, f_z = spring(code, core.p, o, at.z, at.temperature, work.dp, wanted)
+            f, f_z, work.dm[k] = spring(code, core.p, o, at.z, at.temperature, memory[k], work.dp, wanted)
             other += f
             other_z += f_z
     if core.leans:

@@ -64,6 +64,12 @@ class Element:
         """Row of the catalogue."""
         return CATALOGUE[self.name]
 
+    @property
+    def remembers(self) -> bool:
+        """Whether the force depends on the past."""
+        pairs = zip(self.spec.parameters, self.parameters, strict=True)
+        return self.spec.memory or any(s.remembers and p.value != 0.0 for s, p in pairs)
+
     def value(self, parameter: str) -> float:
         """Value of one parameter by name."""
         return self.parameters[self.spec.index(parameter)].value

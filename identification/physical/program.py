@@ -123,6 +123,9 @@ class _Layout:
     gains: tuple[int, ...]  # places of the gains on the current
     warm: bool  # the force follows the temperature
     by_velocity: bool  # the force follows from w alone where all gains are zero
+    remembers: tuple[
+        tuple[int, int], ...
+    ]  # elements, and the places of the parameters without which they have no state
 
 
 @lru_cache(maxsize=1024)
@@ -145,6 +148,12 @@ def _layout(names: tuple[str, ...]) -> _Layout:
         smooth_over=tuple(at for s, p, at in places if p.name == s.smooth_over),
         gains=tuple(at for _, p, at in places if p.gain),
         warm=any(s.needs_temperature for s in specs),
+        remembers=tuple(
+            (k, int(o) + j)
+            for k, (s, o) in enumerate(zip(specs, offsets, strict=False))
+            for j, p in enumerate(s.parameters)
+            if p.remembers
+        ),
         by_velocity=all(s.family == Family.DAMPING and not (s.by_position or s.needs_current) for s in specs),
     )
 
@@ -153,20 +162,24 @@ def core_of(names: tuple[str, ...], values: Floats, column: Integers) -> Core:
     """The core as the loops see it, from the names of its elements and their parameters in order."""
     own = _layout(names)
     by_velocity = own.by_velocity and not any(values[k] for k in own.gains)
+    memory, only = own.memory, own.only
+    if states := [k for k, at in own.remembers if values[at] != 0.0]:
+        memory, only = memory.copy(), -1
+        memory[states] = True
     return Core(
         codes=own.codes,
         offsets=own.offsets,
         p=values,
         column=column,
-        memory=own.memory,
+        memory=memory,
         scaling=own.scaling,
         modified=own.modified,
         rare=own.rare,
         leans=any(values[k] != 0.0 or column[k] >= 0 for k in own.shares),
-        remembers=bool(own.memory.any()),
+        remembers=bool(memory.any()),
         jumps=any(values[k] == 0.0 for k in own.smooth_over),
         driven=EVERYTHING if own.modified or own.rare or own.warm else 0 if by_velocity else POSITION_AND_CURRENT,
-        only=own.only,
+        only=only,
     )
 
 

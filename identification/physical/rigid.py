@@ -24,7 +24,7 @@ def sign(w, eps):
 @inlined
 def _leg(drive, i):
     """From sample i − 1 to sample i."""
-    return Leg(drive.x[i] - drive.x[i - 1], drive.v[i - 1], drive.v[i], drive.dt)
+    return Leg(drive.x[i] - drive.x[i - 1], drive.v[i - 1], drive.v[i], drive.dt, drive.x[i])
 
 
 @inlined

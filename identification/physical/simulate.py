@@ -119,7 +119,7 @@ def _steady_damper(model: Model, motion: Motion, wanted: Mask | None, substeps: 
 
 def _remembers(model: Model) -> bool:
     """Whether the force depends on more than the present motion and current."""
-    return bool(model.on("mount")) or any(e.spec.memory for e in (*model.on("control"), *model.on("core")))
+    return bool(model.on("mount")) or any(e.remembers for e in (*model.on("control"), *model.on("core")))
 
 
 def _warms(model: Model) -> bool:
@@ -137,7 +137,7 @@ def _settled(model: Model, motion: Motion, warm: int) -> Motion:
 def _forgotten(model: Model, motion: Motion, parts: Sequence[float]) -> int:
     """Index of the run-in that may do for a memory behind a mount: bolted to the rig it takes a tenth of the time, and
     forgets no later."""
-    if not (model.on("mount") and any(e.spec.memory for e in model.on("core"))):
+    if not (model.on("mount") and any(e.remembers for e in model.on("core"))):
         return 0
     core = replace(model, elements=(*model.on("control"), *model.on("core")))
     warm = [int(part * motion.period) for part in parts]
@@ -195,7 +195,7 @@ def _one_part(model: Model, motion: Motion, wanted: Mask | None, substeps: int) 
     space = space_of(program.codes.size, program.p.size, used)
     failures = 0
     if mount:
-        stiffness, fine = mount_of(mount, any(s.memory for s in specs))
+        stiffness, fine = mount_of(mount, any(e.remembers for e in core))
         mounting = (stiffness, _mount_columns(mount, _numbered(of_mount, n_control + n_core)))
         nodes = nodes_of(used, substeps)
         if gradient or stiffness.c_control != 0.0:

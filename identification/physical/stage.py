@@ -13,6 +13,7 @@ from identification.compiled import compiled, inlined, pasted
 from identification.physical.core import core_force
 from identification.physical.elements.equations.memory import (
     BY_MEMORY,
+    BY_START,
     BY_W,
     BY_W_OLD,
     BY_Z,
@@ -93,7 +94,7 @@ def _trial(core, z, w, s, stage, space, wanted):
     work, memory, state = space.work, space.carried.memory, space.carried.state
     u, temperature, a, v_m = stage.inputs
     if core.remembers:
-        leg = Leg(z - state[Z], state[W], w, stage.h)
+        leg = Leg(z - state[Z], state[W], w, stage.h, z)
         for k in range(core.codes.size):
             if core.memory[k]:
                 work.trial[k] = advance(
@@ -258,7 +259,8 @@ def _add_memories(out, core, space):
         if core.memory[k]:
             first = own(core.codes[k], core.offsets[k])
             for j in range(out.size):  # the leg began at z_old, which moved by −de
-                out[j] += dm[k] * (parts[k, BY_MEMORY] * sens[k, j] + parts[k, BY_Z] * de[j])
+                by_start = parts[k, BY_Z] - parts[k, BY_START]
+                out[j] += dm[k] * (parts[k, BY_MEMORY] * sens[k, j] + by_start * de[j])
                 out[j] += dm[k] * parts[k, BY_W_OLD] * sens[last, j]
             for j in range(own_count(core.codes[k])):
                 if core.column[first + j] >= 0:
@@ -275,6 +277,7 @@ def carry(core, space):
             first = own(core.codes[k], core.offsets[k])
             for j in range(de.size):
                 sens[k, j] = parts[k, BY_MEMORY] * sens[k, j] + parts[k, BY_Z] * (de[j] - de_new[j])
+                sens[k, j] -= parts[k, BY_START] * de[j]
                 sens[k, j] += parts[k, BY_W_OLD] * sens[last, j] - parts[k, BY_W] * rate[j]
             for j in range(own_count(core.codes[k])):
                 if core.column[first + j] >= 0:

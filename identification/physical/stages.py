@@ -50,9 +50,9 @@ def _friction(code, core, o, points, dp):
 
 @inlined
 def _spring(code, core, o, z, driver, dp):
-    f0, z0 = spring(code, core.p, o, z[0], driver[0, TEMPERATURE], dp, False)
-    f1, z1 = spring(code, core.p, o, z[1], driver[1, TEMPERATURE], dp, False)
-    f2, z2 = spring(code, core.p, o, z[2], driver[2, TEMPERATURE], dp, False)
+    f0, z0, _ = spring(code, core.p, o, z[0], driver[0, TEMPERATURE], 0.0, dp, False)
+    f1, z1, _ = spring(code, core.p, o, z[1], driver[1, TEMPERATURE], 0.0, dp, False)
+    f2, z2, _ = spring(code, core.p, o, z[2], driver[2, TEMPERATURE], 0.0, dp, False)
     return (f0, f1, f2), (z0, z1, z2)
 
 

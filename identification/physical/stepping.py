@@ -46,7 +46,7 @@ class PhysicalStepper:
         self._offset, self._stiffness = acting(model.on("sensor"))
         self._mounting, self._substeps = None, (1, 1)
         if mount:
-            stiffness, fine = mount_of(mount, any(e.spec.memory for e in core))
+            stiffness, fine = mount_of(mount, any(e.remembers for e in core))
             self._mounting, self._substeps = (stiffness, Mount(*([-1] * len(Mount._fields)))), (1, fine)
             if stiffness.c_control != 0.0:
                 driven = max(self._program.driven, POSITION_AND_CURRENT)

@@ -126,6 +126,7 @@ class ParameterSpec:
     of_curves: bool = False  # a share of the size of all other damping curves together
     preload: bool = False  # a constant force is part of what it makes: no motion tells the two apart
     outside: bool = False  # a constant force that is no part of the dissipative sum
+    remembers: bool = False  # the element carries a state where this is not zero
     place: Place | None = None  # of a mount's parameter: which part of spring, damper, gap and branch it is
     of_run: bool = False  # belongs to a run: estimated for each record, never fitted
     held: bool = False  # acts only as a product with another: fixed in what the search and the literature make

@@ -40,13 +40,17 @@ ROWS: Final = (
         name="gas_spring",
         family=Family.SPRING,
         title="gas spring",
-        equation="f = −f0·(1 + z/length)^(−n)",
+        # y is T/T0·(1 + z/length)^(n − 1): the energy of an ideal gas behind a wall (Els and Grobbelaar 1993).
+        equation="f = −f0·y·(1 + z/length)^(−n), dy/dt = heat·((1 + z/length)^(n − 1) − y); y = 1 without heat",
         parameters=(
             ParameterSpec("f0", "N", preload=True),
             ParameterSpec("length", "m", TINY, limits=lambda s: (1.02 * s.x_max, 30.0 * s.x_max), remedy=Remedy.STROKE),
             ParameterSpec(
                 "n", "–", TINY, high=5.0, bound_is_meant=True, limits=lambda s: (0.5, 3.0), remedy=Remedy.STROKE
             ),
+            ParameterSpec("heat", "1/s", default=0.0, refinement=True, remembers=True, remedy=Remedy.FREQUENCY),
+            # How the gas came into a run: 0, out of a motion like that of the run; 1, out of rest where the run begins.
+            ParameterSpec("rested", "–", high=1.0, default=0.0, refinement=True, bound_is_meant=True),
         ),
         starts=lambda s: [{"f0": s.gap, "length": part * s.x_max, "n": 1.3} for part in (2.5, 1.3)],
         linear_in_velocity=True,

@@ -1,5 +1,5 @@
 """How the memories of elements change over a step: hysteresis, presliding, bristles, the travel since a reversal, a
-velocity that is followed late."""
+velocity or a position that is followed late."""
 
 # Numba infers the types of these functions from their calls; annotations would not be read.
 # mypy: allow-untyped-defs, allow-untyped-calls, allow-untyped-decorators
@@ -14,24 +14,27 @@ from identification.compiled import compiled, inlined
 from identification.physical.elements.catalogue import code_of
 from identification.physical.elements.equations.friction import BoucWen
 from identification.physical.elements.equations.motion import LuGre, bristle_level
+from identification.physical.elements.equations.springs import gas_of, tended_to
 
 _BOUC_WEN, _PRESLIDING = code_of("bouc_wen"), code_of("presliding_friction")
 _REVERSAL, _LUGRE = code_of("reversal_force_lag"), code_of("lugre_friction")
-_SELECTIVE = code_of("frequency_selective_damping")
+_SELECTIVE, _GAS = code_of("frequency_selective_damping"), code_of("gas_spring")
 _PART = 0.5  # of the travel in which a Bouc–Wen hysteresis fades by e: one Runge–Kutta step
 _FORGOTTEN = 16  # such steps on, what was has faded by e⁻⁸
 _GROWN = 64  # such steps on, what grows as it is loaded is at its top: e⁷ times as high as it began to grow
 
-BY_MEMORY, BY_Z, OWN, BY_W, BY_W_OLD, PARTIALS = 0, 1, 2, 7, 8, 9  # places of the partials of a memory after a step
+BY_MEMORY, BY_Z, OWN, BY_W, BY_W_OLD, BY_START, PARTIALS = 0, 1, 2, 7, 8, 9, 10
+"""Places of the partials of a memory after a step: by z is −that by z at its start, less `BY_START` of a few."""
 
 
 class Leg(NamedTuple):
-    """A step of the core as its memories see it: displacement, velocity at both ends, duration."""
+    """A step of the core as its memories see it: displacement, velocity at both ends, duration, place."""
 
     dz: float
     w_old: float
     w: float
     h: float
+    z: float  # at the end
 
 
 @inlined
@@ -48,7 +51,7 @@ def _lugre_of(p, o):
 @inlined
 def own(code, o):
     """First parameter that the partials out[2:] of a memory belong to."""
-    return o + 1 if code in (_BOUC_WEN, _SELECTIVE) else o
+    return o + 1 if code in (_BOUC_WEN, _SELECTIVE, _GAS) else o
 
 
 @inlined
@@ -60,6 +63,8 @@ def own_count(code):
         return 5
     if code == _SELECTIVE:
         return 1
+    if code == _GAS:
+        return 3
     return 2 if code == _PRESLIDING else 0
 
 
@@ -207,7 +212,7 @@ def _leg(code, p, o, m, path, wanted, out):
 @compiled
 def _travel(m, leg, out):
     """Travel since the last reversal after a step; `out` as in `advance`."""
-    dz, w_old, w, h = leg
+    dz, w_old, w, h, _ = leg
     out[2], out[3], out[4], out[5] = 0.0, 0.0, 0.0, 0.0
     out[BY_MEMORY], out[BY_Z], out[BY_W], out[BY_W_OLD] = 0.0, (1.0 if w > 0 else -1.0), 0.0, 0.0
     new = 0.0
@@ -233,7 +238,7 @@ def _followed(tau, m, leg, out):
 
     With s = h/tau: y = e^−s y0 + (1 − e^−s) w_old + (1 − (1 − e^−s)/s) (w − w_old).
     """
-    _, w_old, w, h = leg
+    _, w_old, w, h, _ = leg
     s = max(h / tau, 1e-300)
     e, gone = np.exp(-s), -np.expm1(-s)
     ramp = 1.0 - gone / s
@@ -243,17 +248,37 @@ def _followed(tau, m, leg, out):
 
 
 @compiled
+def _behind(q, m, leg, out):
+    """y of a gas less what it tends to, r, after a step: r = e^−s r0 − (1 − e^−s)/s·Δr∞, s = heat h; `out` as in
+    `advance`.
+
+    Exact where what it tends to changes evenly over the step.
+    """
+    s = max(leg.h * q.heat, 1e-300)
+    e, mean = np.exp(-s), -np.expm1(-s) / s
+    old, new = tended_to(q, leg.z - leg.dz), tended_to(q, leg.z)
+    rise = new.y - old.y
+    out[BY_MEMORY], out[BY_Z], out[BY_W], out[BY_W_OLD] = e, -mean * new.by_z, 0.0, 0.0
+    out[BY_START] = mean * (old.by_z - new.by_z)
+    out[OWN], out[OWN + 1] = -mean * (new.by_length - old.by_length), -mean * (new.by_n - old.by_n)
+    out[OWN + 2] = -(s * e * m + (e - mean) * rise) / q.heat
+    return e * m - mean * rise
+
+
+@compiled
 def advance(code, p, o, m, leg, wanted, out, tmp):
     """Memory of one element after a step. A reversal inside the step splits it in two legs, by uniform deceleration.
 
     `out` gets the partials by the memory before, by z, by the parameters of its own, and by the speeds at both ends.
     """
     new = 0.0
-    dz, w_old, w, h = leg
+    dz, w_old, w, h, _ = leg
     if code == _REVERSAL:
         new = _travel(m, leg, out)
     elif code == _SELECTIVE:
         new = _followed(p[o + 1], m, leg, out)
+    elif code == _GAS:
+        new = _behind(gas_of(p, o), m, leg, out)
     elif w_old * w < 0.0:
         a, b = abs(w_old), abs(w)
         part, turn = b / (a + b), np.sign(w)
@@ -277,7 +302,8 @@ def advance(code, p, o, m, leg, wanted, out, tmp):
 def steady(core, w, x, memory, sens):
     """Every internal force at its steady value for the velocity `w`, with its sensitivities where these are wanted.
 
-    What does not saturate within half the stroke of `x` begins as an elastic spring would after that travel.
+    What does not saturate within half the stroke of `x` begins as an elastic spring would after that travel. A gas
+    begins as if it had long moved as it does along `x`.
     """
     codes, offsets, p, column = core.codes, core.offsets, core.p, core.column
     reach = _half_stroke(x)
@@ -307,6 +333,22 @@ def steady(core, w, x, memory, sens):
             memory[k] = 1e300
         elif codes[k] == _SELECTIVE:
             memory[k] = w
+        elif codes[k] == _GAS:
+            memory[k] = _before(gas_of(p, o), x, sens, k, column, o)
+
+
+@compiled
+def _before(q, x, sens, k, column, o):
+    """`_behind` at the first sample: out of rest there, or out of a motion like that along `x`, or between both."""
+    start, y, by_length, by_n = tended_to(q, x[0]), 0.0, 0.0, 0.0
+    for i in range(x.size):
+        rise = tended_to(q, x[i])
+        y, by_length, by_n = y + rise.y / x.size, by_length + rise.by_length / x.size, by_n + rise.by_n / x.size
+    moved = 1.0 - q.rested
+    _begin(
+        sens, k, column, o, (0.0, moved * (by_length - start.by_length), moved * (by_n - start.by_n), 0.0, start.y - y)
+    )
+    return moved * (y - start.y)
 
 
 @inlined

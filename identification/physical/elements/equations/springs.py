@@ -21,15 +21,59 @@ class Gas(NamedTuple):
     f0: float
     length: float
     n: float
+    heat: float
+    rested: float
 
 
 @inlined
-def gas(q, z):
-    """−f0 (1 + z/length)^(−n), held finite where the chamber would be empty."""
-    b = max(1.0 + z / q.length, 0.02)
+def gas_of(p, o):
+    """The parameters of a gas spring by name."""
+    return Gas(p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4])
+
+
+class Rise(NamedTuple):
+    """(1 + z/length)^(n − 1), what y tends to, and its partials by z, length and n."""
+
+    y: float
+    by_z: float
+    by_length: float
+    by_n: float
+
+
+@inlined
+def _opening(q, z):
+    """1 + z/length, held above zero where the chamber would be empty."""
+    return max(1.0 + z / q.length, 0.02)
+
+
+@inlined
+def tended_to(q, z):
+    """See `Rise`."""
+    b = _opening(q, z)
+    y = b ** (q.n - 1.0)
+    slope = (q.n - 1.0) * y / b
+    return Rise(y, slope / q.length, -slope * z / (q.length * q.length), y * np.log(b))
+
+
+@inlined
+def gas(q, z, behind):
+    """−f0 y (1 + z/length)^(−n), y = (1 + z/length)^(n−1) + `behind`, or 1 where no heat passes the wall.
+
+    Also its slopes by z and by `behind`.
+    """
+    b = _opening(q, z)
     g = b ** (-q.n)
-    slope = q.f0 * q.n * g / b
-    return -q.f0 * g, slope / q.length, Gas(-g, -slope * z / (q.length * q.length), q.f0 * g * np.log(b))
+    rise = Rise(1.0, 0.0, 0.0, 0.0)
+    if q.heat != 0.0:
+        rise = tended_to(q, z)
+    else:
+        behind = 0.0
+    y = rise.y + behind
+    slope = q.f0 * q.n * g / b * y
+    f_y = -q.f0 * g
+    by_length = f_y * rise.by_length - slope * z / (q.length * q.length)
+    by = Gas(-g * y, by_length, q.f0 * g * y * np.log(b) + f_y * rise.by_n, 0.0, 0.0)
+    return f_y * y, f_y * rise.by_z + slope / q.length, f_y, by
 
 
 class WarmGas(NamedTuple):
@@ -43,7 +87,7 @@ class WarmGas(NamedTuple):
 def warm_gas(q, z, temperature):
     """The same, its pressure in proportion to the absolute temperature."""
     scale, absolute = (temperature + _KELVIN) / (q.T_ref + _KELVIN), q.T_ref + _KELVIN
-    f, f_z, by = gas(Gas(q.f0 * scale, q.length, q.n), z)
+    f, f_z, _, by = gas(Gas(q.f0 * scale, q.length, q.n, 0.0, 0.0), z, 0.0)
     return f, f_z, WarmGas(by.f0 * scale, by.length, by.n, -f / absolute)
 
 
@@ -81,8 +125,9 @@ def progressive_stop(q, z):
 
 
 @inlined
-def spring(code, p, o, z, temperature, dp, wanted):
-    """Force of the element with that code and its slope by z; where `wanted`, its partials from dp[o] on."""
+def spring(code, p, o, z, temperature, m, dp, wanted):
+    """Force of the element with that code, its slopes by z and its memory `m`; where `wanted`, its partials in `dp`."""
+    f_m = 0.0
     if code == _STIFFNESS:
         f, f_z = p[o] * z, p[o]
         if wanted:
@@ -92,9 +137,9 @@ def spring(code, p, o, z, temperature, dp, wanted):
         if wanted:
             dp[o] = z * z * z
     elif code == _GAS:
-        f, f_z, by = gas(Gas(p[o], p[o + 1], p[o + 2]), z)
+        f, f_z, f_m, by = gas(gas_of(p, o), z, m)
         if wanted:
-            dp[o], dp[o + 1], dp[o + 2] = by
+            dp[o], dp[o + 1], dp[o + 2], dp[o + 3], dp[o + 4] = by
     elif code == _WARM_GAS:
         f, f_z, by = warm_gas(WarmGas(p[o], p[o + 1], p[o + 2], p[o + 3]), z, temperature)
         if wanted:
@@ -107,4 +152,4 @@ def spring(code, p, o, z, temperature, dp, wanted):
         f, f_z, by = stop(Stop(p[o], p[o + 1], p[o + 2]), z)
         if wanted:
             dp[o], dp[o + 1], dp[o + 2] = by
-    return f, f_z
+    return f, f_z, f_m
