@@ -152,7 +152,7 @@ def _refused(stands: Search, withheld: Sequence[Evidence]) -> list[str]:
 
 def _standing(found: Search, records: Sequence[Record], held_out: Sequence[Record]) -> Found:
     """The names of a search that stand; where none of the last step stands, those of the latest one of which one does;
-    and those of an earlier step where one stands beside all these.
+    and those of an earlier step where one stands beside all these, or which leave much less.
 
     A name that stood alone may have been exchanged for one that fits only beside a name that does not stand, or share
     its effect with one that came after it.
@@ -160,9 +160,14 @@ def _standing(found: Search, records: Sequence[Record], held_out: Sequence[Recor
     first = stands, _, withheld = _judged(found, records, held_out)
     if stands.names and not withheld:
         return first
-    shorter = (before for before, _ in steps(found) if set(before.names) > set(stands.names))
-    judged = (_judged(before, records, held_out) for before in shorter)
-    return next((j for j in judged if set(j[0].names) > set(stands.names)), first)
+    judged = (_judged(before, records, held_out) for before, _ in steps(found) if _says_more(before, stands))
+    return next((j for j in judged if _says_more(j[0], stands)), first)
+
+
+def _says_more(other: Search, stands: Search) -> bool:
+    """Whether a step of a search has more names than those that stand, all of these among them, or leaves much less."""
+    leaves_less = bool(other.names) and other.excess < (1.0 - FORM.closes) * stands.excess
+    return leaves_less or set(other.names) > set(stands.names)
 
 
 def _judged(found: Search, records: Sequence[Record], held_out: Sequence[Record]) -> Found:
