@@ -125,13 +125,15 @@ def _leads_nowhere(state: Search) -> bool:
 def _beside_form(state: Search, records: Sequence[Record]) -> Search:
     """Add a name that closes nearly all that is missing without it, though that is within the tolerance of form.
 
-    A departure of form is no element of its own; only a curve over velocity may look like that of another one.
+    A departure of form is no element of its own; only a curve over velocity may look like that of another one, and a
+    friction like that of another friction.
     """
     known = max(material_excess(records), significant_excess(records))
     if state.excess <= known or state.full:
         return state
     curves = [name for name, spec in CATALOGUE.items() if spec.bent or spec.dry_friction]
-    improved = _add_best(state, records, excluded=curves)
+    rubs = any(e.spec.friction for e in _named(state))
+    improved = _add_best(state, records, excluded=curves + (_frictions() if rubs else []))
     return state if improved is None or not _closes_nearly_all(improved, state) else improved
 
 

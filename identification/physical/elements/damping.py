@@ -166,6 +166,9 @@ ROWS: Final = (
         ),
         starts=_relief_starts,
         mistaken=_is_yield,
+        alias=Alias(
+            "a fluid or a seal that yields at this force", "go far below the speed of the bend: a yield force stays"
+        ),
         curve=Curve.BEND,
     ),
     ElementSpec(
