@@ -23,7 +23,7 @@ from identification.blackbox.recipes import NODES, RECIPES
 from identification.blackbox.samples import Course
 from identification.blackbox.structure import Structure
 from identification.blackbox.terms import best_on_all, judge_polynomials, left_out, on_all, within
-from identification.blackbox.unvisited import unvisited
+from identification.blackbox.unvisited import TOGETHER, unvisited
 from identification.compute.blas import one_blas_thread
 from identification.models.band import covered, half_width_of
 from identification.models.measures import score_signals
@@ -192,7 +192,8 @@ def _shown(found: Identified, taken: Given) -> Identified:
     if not taken.held_out:
         return found
     shown, reached, beyond = {}, {}, list[str]()
-    signals = ("displacement", "velocity", *({"current"} & set(found.model.inputs)))
+    known = found.model.training_range
+    signals = [one for one in TOGETHER if known is not None and one in known.limits]
     for one in taken.held_out:
         motion, force = checked_motion(found.model, one), simulate_run(found.model, one)
         half = half_width_of(found.model, motion)

@@ -20,14 +20,22 @@ Floats = NDArray[np.float64]
 # Distance from the nearest sample of the training, of the range of each signal there. Of 63 cuts of one record each 31
 # have such samples; half: 43; double: 10, and a rest of 16 % of a record that no training has is not among them.
 FAR = 0.1
+
+TOGETHER = ("displacement", "velocity", "current")
+"""Signals that are taken together, as far as a model sees them."""
+
 _SEEN = 20_000  # samples of the training that are compared, evenly: half or double: nothing but the time
 
 
 def unvisited(courses: Sequence[Course], motion: Motion, signals: Sequence[str]) -> list[str]:
-    """A sentence where samples of a motion lie far from all of the training, all signals taken together; or none."""
+    """A sentence where samples of a motion lie far from all of the training, some signals taken together; or none."""
+    if not signals:
+        return []
     every = np.concatenate([_columns(one.motion, signals)[one.counted] for one in courses])
     varies = np.ptp(every, axis=0) > 0.0
     signals = [name for name, one in zip(signals, varies, strict=True) if one]
+    if len(signals) < 2:
+        return []  # the range of one signal is told of each
     trained, span = every[:, varies], np.ptp(every[:, varies], axis=0)
     far = _distances(trained / span, _columns(motion, signals) / span) > FAR
     if not far.any():
