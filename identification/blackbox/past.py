@@ -24,10 +24,12 @@ _BEGINS, _AT_REST = 0.1, 0.05
 # 0.92 or more without, 0.27 with it, and with up to 10⁸ times as much.
 _WHITE = 1e-13
 
-# Means that are left out at the begin of a run, until the motion before it is no faster than the run. One that starts
-# with a jerk, as of a machine that is switched on, does not show by it what was before: so continued, it was up to four
-# times as fast as all that followed. Eight are a fifth of a cycle. Before 14 of the 130 places anything is left out.
-_LEFT_OUT = (0, 1, 2, 4, 8)
+# Means that are left out at the begin of a run, one more at a time, while the motion before it is faster than
+# `_FASTER` times the run. One that starts with a jerk, as of a machine that is switched on, does not show by it what
+# was before: so continued, it was up to four times as fast as all that followed. Eight are a fifth of a cycle. Of 2 622
+# places in those records the second before was faster than all that followed in 22 %, 1.5 times as fast in 0.7 %.
+_LEFT_OUT, _FASTER = (0, 1, 2, 4, 8), 1.5
+
 _SEEN = 2000  # means from which the prediction is learned
 _FASTEST = 1e3  # m/s: what is faster is no motion of a damper, and its square could overflow
 
@@ -65,10 +67,10 @@ def velocity_before(motion: Motion, ahead: int) -> Floats:
     if np.max(np.abs(v[: max(1, int(_BEGINS * cycle))])) < _AT_REST * np.std(v):
         return np.zeros(ahead)
     size = max(1, int(cycle / _A_CYCLE))
-    fastest, before = float(np.max(np.abs(v))), np.zeros(ahead)
+    most, before = _FASTER * float(np.max(np.abs(v))), np.zeros(ahead)
     for first in (size * count for count in _LEFT_OUT if size * count < v.size):
         before = predicted_backwards(v[first : first + _SEEN * size], ahead + first, size)[:ahead]
-        if np.max(np.abs(before), initial=0.0) <= fastest:
+        if np.max(np.abs(before), initial=0.0) <= most:
             break
     return before
 
