@@ -46,8 +46,8 @@ def characterise(
     given = fmu_choice([] if model is None else [model], fmu_input, fmu_output, fmu_set)
     beside = None if model is None else load_model(model, given)
     measured = read_runs(runs)
-    warn(measured)
     with progress_bar("characterising"):
         sheet = sheet_of(measured, beside)
         write_sheet(output, sheet)
+    warn(measured)  # only now: a refusal is one line
     answer(f"{output}: {len(sheet.tests)} tests", {"file": str(output), **sheet_to_json(sheet)}, as_json=as_json)

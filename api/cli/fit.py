@@ -50,11 +50,11 @@ def fit(
     spare_runs(output, runs)
     start = read_model(model)
     measured = read_runs(runs, once=True)
-    warn(measured)
     with chosen(os.environ), progress_bar("fitting") as tell:
         result, intervals = fit_as_asked(
             start, measured, starts=starts, robust=robust, refine=refine, profile=profiled or (), tell=tell
         )
+    warn(measured)  # only now: a refusal is one line
     write_model(output, result.model)
     ask(moved_far(start, result.model))
     text = f"{output}: {fit_text(result, intervals)}"

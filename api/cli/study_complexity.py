@@ -75,9 +75,9 @@ def complexity(
     others, measured = [load_model(path) for path in beside or ()], read_runs(runs, once=True)
     for step in asked.step:
         step.check(full)
-    warn(measured)
     with chosen(os.environ), kept(part_of(output)), progress_bar("fitting") as tell:
         found = studied(full, measured, asked.step, matters=asked.matters, feasible=known, beside=others, tell=tell)
+    warn(measured)  # only now: a refusal is one line
     write_complexity(output, found)
     if simplified is not None:
         write_model(simplified, found.simplified)

@@ -69,8 +69,8 @@ def explore(
     asked = to_spec(Exploration, keys, "" if config is None else str(config))
     start, measured = read_model(model), read_runs(runs, once=True)
     check_explorable(start, measured, asked)
-    warn(measured)
     with chosen(os.environ), progress_bar("exploring") as tell:
         found = explored(start, measured, asked, tell=tell, journal=part_of(output))
+    warn(measured)  # only now: a refusal is one line
     write_explored(output, found)
     answer(f"{explored_text(found)}\n{output}", {"file": str(output), **explored_data(found)}, as_json=as_json)

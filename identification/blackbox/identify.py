@@ -23,6 +23,7 @@ from identification.blackbox.recipes import NODES, RECIPES
 from identification.blackbox.samples import Course
 from identification.blackbox.structure import Structure
 from identification.blackbox.terms import best_on_all, judge_polynomials, left_out, on_all, within
+from identification.blackbox.unvisited import TOGETHER, unvisited
 from identification.compute.blas import one_blas_thread
 from identification.models.band import covered, half_width_of
 from identification.models.measures import score_signals
@@ -45,8 +46,8 @@ class Identified:
     `trained` that on the training; `shown` that on each held-out run, over all its samples. `memory_s` is how long two
     starts from the lowest and the highest force stay apart, infinite where they never meet. `coverage` is the share of
     the samples that the band of 90 % holds in cross-validation, `reached` that on each held-out run. `beyond` are
-    sentences on the held-out runs that leave the training range: their fit says nothing about runs within it. `notes`
-    are sentences on faults of the measured motions that were not learned from.
+    sentences on the held-out runs that go where the training never went: their fit says nothing about runs that do not.
+    `notes` are sentences on faults of the measured motions that were not learned from.
     """
 
     model: BlackBox | Hybrid | PolynomialNarx | LayeredNarx
@@ -190,20 +191,24 @@ def _shown(found: Identified, taken: Given) -> Identified:
     found = replace(found, notes=taken.notes)
     if not taken.held_out:
         return found
-    shown, reached = {}, {}
+    shown, reached, beyond = {}, {}, list[str]()
+    known = found.model.training_range
+    signals = [one for one in TOGETHER if known is not None and one in known.limits]
     for one in taken.held_out:
         motion, force = checked_motion(found.model, one), simulate_run(found.model, one)
         half = half_width_of(found.model, motion)
         assert half is not None  # every kind was calibrated
         shown[name_of(one)] = score_signals(one.channels["force"], force).fit
         reached[name_of(one)] = covered(one.channels["force"], force, for_every_sample(half, motion, one))
+        beyond += outside_training(found.model, one)
+        beyond += [f"{name_of(one)}: {sentence}" for sentence in unvisited(taken.courses, motion, signals)]
     facts = {
         **found.model.facts,
         "fit_held_out": float(np.mean(list(shown.values()))),
         "coverage_held_out": float(np.mean(list(reached.values()))),
     }
-    beyond = tuple(sentence for one in taken.held_out for sentence in outside_training(found.model, one))
-    return replace(found, model=_with_facts(found.model, facts), shown=shown, reached=reached, beyond=beyond)
+    model = _with_facts(found.model, facts)
+    return replace(found, model=model, shown=shown, reached=reached, beyond=tuple(beyond))
 
 
 def _with_facts(

@@ -17,6 +17,19 @@ _ORDER = 100
 _A_CYCLE = 40.0
 # A tenth of a cycle within 5 % of the rms velocity is rest: a tenth of a cycle from its turn on a sine has 80 % of it.
 _BEGINS, _AT_REST = 0.1, 0.05
+
+# White noise that a prediction allows for, of the power of the motion: some hundred times the rounding of its sums.
+# Without it a smooth motion is continued from its rounding: before one of 130 places of measured and simulated records
+# it was 18 times as fast as the motion. Squared error of the velocity over the 200 samples before them, of its power:
+# 0.92 or more without, 0.27 with it, and with up to 10⁸ times as much.
+_WHITE = 1e-13
+
+# Means that are left out at the begin of a run, one more at a time, while the motion before it is faster than
+# `_FASTER` times the run. One that starts with a jerk, as of a machine that is switched on, does not show by it what
+# was before: so continued, it was up to four times as fast as all that followed. Eight are a fifth of a cycle. Of 2 622
+# places in those records the second before was faster than all that followed in 22 %, 1.5 times as fast in 0.7 %.
+_LEFT_OUT, _FASTER = (0, 1, 2, 4, 8), 1.5
+
 _SEEN = 2000  # means from which the prediction is learned
 _FASTEST = 1e3  # m/s: what is faster is no motion of a damper, and its square could overflow
 
@@ -54,7 +67,12 @@ def velocity_before(motion: Motion, ahead: int) -> Floats:
     if np.max(np.abs(v[: max(1, int(_BEGINS * cycle))])) < _AT_REST * np.std(v):
         return np.zeros(ahead)
     size = max(1, int(cycle / _A_CYCLE))
-    return predicted_backwards(v[: _SEEN * size], ahead, size)
+    most, before = _FASTER * float(np.max(np.abs(v))), np.zeros(ahead)
+    for first in (size * count for count in _LEFT_OUT if size * count < v.size):
+        before = predicted_backwards(v[first : first + _SEEN * size], ahead + first, size)[:ahead]
+        if np.max(np.abs(before), initial=0.0) <= most:
+            break
+    return before
 
 
 def predicted_backwards(series: Floats, count: int, size: int = 1) -> Floats:
@@ -79,8 +97,9 @@ def burg(series: Floats, order: int) -> Floats:
     """Coefficients of the prediction y(t) = Σ_k c_k·y(t − k), (order,); the same forwards and backwards in time."""
     forward, backward = series[1:], series[:-1]
     error = np.ones(1)
+    floor = _WHITE * float(forward @ forward + backward @ backward)
     for _ in range(order):
-        power = float(forward @ forward + backward @ backward)
+        power = float(forward @ forward + backward @ backward) + floor
         reflection = -2.0 * float(forward @ backward) / power if power > 0.0 else 0.0
         padded = np.concatenate([error, [0.0]])
         error = padded + reflection * padded[::-1]

@@ -246,6 +246,21 @@ def test_a_prediction_backwards_continues_a_sum_of_tones_and_never_grows(seed: i
     assert np.max(np.abs(roots)) < 1.0
 
 
+@pytest.mark.parametrize("seed", [53, 144, 276])
+def test_a_smooth_motion_is_not_continued_from_its_rounding(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    tones = np.outer(np.arange(400), rng.uniform(0.01, 0.1, 3)) + rng.uniform(0.0, 6.0, 3)
+    assert np.max(np.abs(predicted_backwards(np.sin(tones).sum(axis=1), LEAD))) < 4.0  # the tones themselves: 3
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_motion_that_starts_with_a_jerk_was_not_much_faster_before(seed: int) -> None:
+    motion = motion_of(hysteretic(seed, 600))
+    started = motion.v * np.minimum(np.arange(600) / 3.0, 1.0)  # as of a machine that is switched on
+    before = velocity_before(with_series(motion, "v", started), LEAD)
+    assert np.max(np.abs(before)) <= 1.5 * np.max(np.abs(started))
+
+
 # What a wire, a sensor or a program may give for a moment.
 BAD = st.one_of(
     st.sampled_from([math.nan, math.inf, -math.inf, 1e300, -1e300, 0.0]), st.floats(-1e6, 1e6, allow_nan=False)
