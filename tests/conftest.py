@@ -11,11 +11,13 @@ from pathlib import Path
 from uuid import uuid4
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
-# No deadline: a busy computer is not a fault. `make bench` draws the thorough number of examples.
-settings.register_profile("any computer", deadline=None, max_examples=30)
-settings.register_profile("thorough", deadline=None, max_examples=300)
+# No deadline for a call, nor for the making of examples: a busy computer is not a fault.
+# `make bench` draws the thorough number of examples.
+BUSY = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
+settings.register_profile("any computer", max_examples=30, **BUSY)
+settings.register_profile("thorough", max_examples=300, **BUSY)
 settings.load_profile("any computer")
 
 REQUIRE_ALL = "DAMPER_RIG_REQUIRE_ALL"

@@ -84,16 +84,23 @@ class Place:
 @contextmanager
 def listening(folder: Path, *words: str) -> Iterator[str]:
     """A command that answers `ready URL`, until the block ends; then it is asked to end, and does."""
+    with listening_at(1, folder, *words) as (url,):
+        yield url
+
+
+@contextmanager
+def listening_at(places: int, folder: Path, *words: str) -> Iterator[list[str]]:
+    """The same for a command that listens at more places than one: their URLs, in the order in which it says them."""
     line = [sys.executable, "-m", "api.cli", *words, "--with-parent"]
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
     with subprocess.Popen(
         line, cwd=folder, env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as process:
         assert process.stdout is not None
-        ready = process.stdout.readline().split()
-        assert ready[:1] == ["ready"], words
+        ready = [process.stdout.readline().split() for _ in range(places)]
+        assert all(one[:1] == ["ready"] for one in ready), words
         try:
-            yield ready[-1]
+            yield [one[-1] for one in ready]
         finally:
             process.terminate()
             process.communicate(timeout=60)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import shutil
-import socket
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,7 +19,7 @@ from rigctl.runfile import Run, read_run, with_channel, write_run
 from tests.identification.multisine_runs import multisine_run
 from tests.identification.packed_fmu import compiled, packed
 from tests.identification.six_axes import by_formula, motion, singles_of
-from tests.shown_lines import ROOT, Place, blocks, lines, listening
+from tests.shown_lines import ROOT, Place, blocks, lines, listening, listening_at
 
 DOCS = ROOT / "docs"
 pytestmark = pytest.mark.slow
@@ -168,11 +167,9 @@ def test_a_record_of_a_second_instrument_is_aligned_by_the_lines_of_the_page(pla
     half = steps.replace("cycles = 16", "cycles = 8")  # it is played in real time
     assert half != steps
     (place.folder / "steps.toml").write_text(half, encoding="utf-8")
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        amplifier = f"127.0.0.1:{free.getsockname()[1]}"
-    with_the_rig_that_listens(place.folder, "examples/instruments/amplifier.toml", amplifier)
-    with listening(place.folder, *sim.replace(":5022", ":0").replace("127.0.0.1:5023", amplifier).split()[1:]) as url:
+    free = sim.replace(":5022", ":0").replace(":5023", ":0")
+    with listening_at(2, place.folder, *free.split()[1:]) as (url, amplifier):
+        with_the_rig_that_listens(place.folder, "examples/instruments/amplifier.toml", amplifier)
         with_the_rig_that_listens(place.folder, "examples/rigs/motion_buffered.toml", url)
         place.does(run.replace("-o runs", "-o buffered"))
     (aligned,) = (place.folder / "buffered").glob("*-aligned.h5")

@@ -47,7 +47,7 @@ def test_somebody_signs_in_sees_the_page_and_signs_out(tmp_path: Path, chromium:
         page.evaluate("document.querySelector('#sign-out').click()")
         page.wait_for("location.pathname === '/sign-in'")
         assert page.evaluate("fetch('/v1/rigs').then(answer => answer.status)") == 401
-        assert httpx.get(f"{client.base_url}/v1/rigs").status_code == 401
+        assert httpx.get(f"{client.base_url}/v1/rigs", timeout=60).status_code == 401
 
 
 @pytest.mark.browser

@@ -256,7 +256,9 @@ DOES = ["create", "take", "test", "hold", "abort", "end", "put back", "resume", 
 STEPS = st.lists(st.sampled_from(DOES), max_size=12)
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+)
 @given(steps=STEPS)
 def test_whatever_happens_the_record_of_every_campaign_is_true(
     database: Database,

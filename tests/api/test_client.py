@@ -160,7 +160,7 @@ def kept(base: str, folder: Path) -> Callable[[Path], RunFile]:
     import httpx
 
     path = "/static/plotly.min.js"
-    content = httpx.get(base + path).content
+    content = httpx.get(base + path, timeout=60).content
 
     def told_of(to: Path) -> RunFile:
         sha256 = hashlib.sha256(content).hexdigest()

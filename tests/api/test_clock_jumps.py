@@ -272,7 +272,7 @@ def test_a_test_runs_on_while_the_clock_of_its_store_jumps_and_a_second_service_
     with Database(postgresql_url) as database:
         set_clock = shift_server(database, database.engine.url.database or "")
         sine = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.005, "frequency": 4.0, "current": 0.5}
-        body = {"name": "x", "rig": rig, "specimen": "7", "tests": [{"name": "long", **sine, "cycles": 300}]}
+        body = {"name": "x", "rig": rig, "specimen": "7", "tests": [{"name": "long", **sine, "cycles": 450}]}
         with Child(["serve", "--port", "0"], tmp_path / "serve.log") as service:
             base = service.wait_until_ready()
             begun = post(base, body)["id"]

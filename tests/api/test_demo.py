@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -36,7 +37,12 @@ def descendants(pid: int) -> set[int]:
 
 
 def alive(pids: set[int]) -> set[int]:
-    return {pid for pid in pids if Path(f"/proc/{pid}").is_dir() and ") Z" not in Path(f"/proc/{pid}/stat").read_text()}
+    found = set()
+    for pid in pids:
+        with suppress(OSError):  # it has ended
+            if ") Z" not in Path(f"/proc/{pid}/stat").read_text():
+                found.add(pid)
+    return found
 
 
 @pytest.mark.slow

@@ -31,7 +31,7 @@ def test_uploaded_runs_are_explained_as_on_the_command_line(base: str, folder: P
     answer = asked(base, {"model": MODEL, "runs": ids[:3], "held_out": ids[3:]})
     assert answer.status_code == 201, answer.text
     assert answer.json()["report"] is None
-    early = httpx.get(f"{base}/v1/explanations/{answer.json()['id']}/report.json")
+    early = httpx.get(f"{base}/v1/explanations/{answer.json()['id']}/report.json", timeout=60)
     assert early.status_code in (200, 409)
     done = ended(base, answer.json()["id"])
     assert (done["state"], done["verdict"], done["done"]) == ("done", "explained", 1.0)
@@ -41,17 +41,17 @@ def test_uploaded_runs_are_explained_as_on_the_command_line(base: str, folder: P
     assert main(["explain", *given, "-o", str(tmp_path / "report")]) == 0
     assert get(base, done["report"]) == json.loads((tmp_path / "report" / "report.json").read_text())
     assert get(base, done["model"]) == json.loads((tmp_path / "report" / "model.json").read_text())
-    page = httpx.get(base + done["report_html"])
+    page = httpx.get(base + done["report_html"], timeout=60)
     assert page.headers["content-type"].startswith("text/html")
     assert "Coulomb friction" in page.text
     downloaded = tmp_path / "downloaded"
     downloaded.mkdir()
     for name, route in (("report.json", done["report"]), ("evidence.h5", done["evidence"])):
-        (downloaded / name).write_bytes(httpx.get(base + route).content)
+        (downloaded / name).write_bytes(httpx.get(base + route, timeout=60).content)
     assert main(["report", str(downloaded)]) == 0
     assert (downloaded / "report.html").read_text(encoding="utf-8") == page.text
     assert done in get(base, "/v1/explanations")["explanations"]
-    late = httpx.post(f"{base}/v1/explanations/{done['id']}/cancel")
+    late = httpx.post(f"{base}/v1/explanations/{done['id']}/cancel", timeout=60)
     assert (late.status_code, late.json()["detail"].count(done["id"])) == (409, 1)
 
 
@@ -105,7 +105,7 @@ def test_a_file_that_is_no_run_is_refused_and_not_kept(
     base: str, lab: Path, name: str, content: bytes, words: list[str]
 ) -> None:
     before = sorted(lab.rglob("*.h5"))
-    answer = httpx.post(f"{base}/v1/runs", params={"name": name}, content=content)
+    answer = httpx.post(f"{base}/v1/runs", params={"name": name}, content=content, timeout=60)
     assert answer.status_code == 422
     assert all(word in answer.json()["detail"] for word in words), answer.text
     assert sorted(lab.rglob("*.h5")) == before
@@ -115,9 +115,9 @@ def test_an_explanation_that_runs_or_waits_can_be_cancelled(base: str, folder: P
     body = {"model": MODEL, "runs": [sent(base, folder / name) for name in NAMES]}
     running, waiting = (asked(base, body).json()["id"] for _ in range(2))
     for one in (waiting, running):
-        assert httpx.post(f"{base}/v1/explanations/{one}/cancel").status_code == 202
+        assert httpx.post(f"{base}/v1/explanations/{one}/cancel", timeout=60).status_code == 202
     assert [ended(base, one)["state"] for one in (running, waiting)] == ["cancelled", "cancelled"]
-    answer = httpx.get(f"{base}/v1/explanations/{running}/report.html")
+    answer = httpx.get(f"{base}/v1/explanations/{running}/report.html", timeout=60)
     assert answer.status_code == 409
     assert "over HTTP" in answer.json()["detail"]
 

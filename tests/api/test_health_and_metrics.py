@@ -148,10 +148,11 @@ def test_a_service_without_its_database_is_alive_and_not_ready(
 def test_a_rig_that_does_not_answer_a_stop_is_named_and_nothing_that_a_library_said(
     client: httpx.Client, body: dict[str, Any], caplog: pytest.LogCaptureFixture
 ) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        address = f"modbus://127.0.0.1:{taken.getsockname()[1]}"  # nobody listens there when it is closed
-    rig = accepted(client, {**body, "rig": address})
-    answer = client.post(f"/v1/rigs/{rig}/stop")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))  # and nobody listens there
+        address = f"modbus://127.0.0.1:{taken.getsockname()[1]}"
+        rig = accepted(client, {**body, "rig": address})
+        answer = client.post(f"/v1/rigs/{rig}/stop")
     assert answer.status_code == 504
     assert answer.headers["content-type"] == "application/problem+json"
     assert answer.json()["detail"] == (

@@ -185,7 +185,9 @@ values = st.recursive(
 KEYS = ("name", "kind", "sample_rate", "amplitude", "frequency", "cycles", "current", "levels", "step_time", "seed")
 
 
-@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+)
 @given(
     place=st.sampled_from(["name", "rig", "specimen", "tests"]),
     value=values,

@@ -106,13 +106,13 @@ def test_a_search_draws_its_page_over_http_and_other_jobs_have_none(base: str, r
     assert list(ended[0]["files"]) == ["model.json", "figures.json", "search.html"]
     assert list(ended[1]["files"]) == ["model.json", "figures.json"]
     assert len(ended[1]["result"]["fit_held_out"]) == 1
-    assert "Path of the search" in httpx.get(base + ended[0]["files"]["search.html"]).text
+    assert "Path of the search" in httpx.get(base + ended[0]["files"]["search.html"], timeout=60).text
     figures = get(base, ended[0]["files"]["figures.json"])
     assert figures["search"]["path"][0]["regressors"] == ["F1", "v1"]
     model = get(base, ended[1]["files"]["model.json"])
-    stored = httpx.post(f"{base}/v1/models", json=model)
+    stored = httpx.post(f"{base}/v1/models", json=model, timeout=60)
     assert (stored.status_code, stored.json()["kind"]) == (201, "arx")
-    none = httpx.get(f"{base}/v1/jobs/{ended[1]['id']}/files/search.html")
+    none = httpx.get(f"{base}/v1/jobs/{ended[1]['id']}/files/search.html", timeout=60)
     assert (none.status_code, "it has model.json, figures.json" in none.json()["detail"]) == (404, True)
 
 

@@ -70,7 +70,7 @@ def test_a_sheet_is_that_of_the_command_line(
 ) -> None:
     job = done(base, {"kind": "characterise", "name": "sheet", "runs": [sent(base, folder / n) for n in NAMES]})
     assert (job["name"], len(job["result"]["tests"])) == ("sheet", 4)
-    page = httpx.get(base + job["files"]["sheet.html"])
+    page = httpx.get(base + job["files"]["sheet.html"], timeout=60)
     assert page.headers["content-type"].startswith("text/html")
     given = [*(str(folder / n) for n in NAMES), "-o", str(tmp_path / "sheet.html"), "--json"]
     assert main(["characterise", *given]) == 0
@@ -135,7 +135,7 @@ def test_a_comparison_is_that_of_the_command_line(
     assert job["result"]["models"][1] == {"model": "stiffer"} | {
         k: there["models"][1][k] for k in ("rms", "fit", "eearth")
     }
-    page = httpx.get(base + job["files"]["comparison.html"])
+    page = httpx.get(base + job["files"]["comparison.html"], timeout=60)
     assert page.headers["content-type"].startswith("text/html")
     assert "stiffer" in page.text
 
@@ -143,12 +143,12 @@ def test_a_comparison_is_that_of_the_command_line(
 def test_an_explanation_can_be_seen_and_cancelled_as_a_job(base: str, folder: Path) -> None:
     body = {"kind": "explain", "model": MODEL, "runs": [sent(base, folder / name) for name in NAMES]}
     job = submit(base, body).json()
-    assert httpx.post(f"{base}/v1/jobs/{job['id']}/cancel").status_code == 202
+    assert httpx.post(f"{base}/v1/jobs/{job['id']}/cancel", timeout=60).status_code == 202
     ended = reached(base, f"/v1/explanations/{job['id']}", lambda one: one["ended"] is not None)
     assert (ended["state"], ended["runs"]) == ("cancelled", body["runs"])
-    answer = httpx.get(f"{base}/v1/jobs/{job['id']}/files/report.json")
+    answer = httpx.get(f"{base}/v1/jobs/{job['id']}/files/report.json", timeout=60)
     assert (answer.status_code, "over HTTP" in answer.json()["detail"]) == (409, True)
-    answer = httpx.get(f"{base}/v1/jobs/{job['id']}/files/sheet.html")
+    answer = httpx.get(f"{base}/v1/jobs/{job['id']}/files/sheet.html", timeout=60)
     assert (answer.status_code, "it has report.json" in answer.json()["detail"]) == (404, True)
 
 
@@ -188,7 +188,7 @@ def test_a_wrong_request_is_refused_in_one_line(base: str, body: dict[str, Any],
 
 @pytest.mark.parametrize("path", ["/v1/jobs/nobody", "/v1/jobs/nobody/files/x", "/v1/jobs?limit=0"])
 def test_what_is_not_there_is_said_in_one_line(base: str, path: str) -> None:
-    answer = httpx.get(base + path)
+    answer = httpx.get(base + path, timeout=60)
     assert answer.status_code in (404, 422)
     assert "\n" not in answer.json()["detail"]
 
@@ -213,7 +213,7 @@ def test_the_description_for_programs_types_every_kind(base: str) -> None:
     assert set(body["discriminator"]["mapping"]) == set(KINDS)
     fit = schema["components"]["schemas"][body["discriminator"]["mapping"]["fit"].rsplit("/", 1)[1]]
     assert {"model", "starts", "robust", "refine", "runs"} <= set(fit["properties"])
-    page = httpx.get(f"{base}/docs").text
+    page = httpx.get(f"{base}/docs", timeout=60).text
     typed = {"fit": "starts: integer", "explain": "held_out: array of string", "compare": "models: array of object"}
     for kind, words in typed.items():
         assert f"kind: {kind}" in page
@@ -224,7 +224,7 @@ def test_a_process_that_is_killed_is_said_to_have_ended_without_an_answer(folder
     request = {"model": MODEL, "runs": ["x"], "held_out": []}
     with JobProcess("explain", request, [folder / NAMES[0]], [], folder=tmp_path / "report") as process:
         os.kill(process.pid, signal.SIGKILL)
-        assert process.ended(20.0)
+        assert process.ended(60.0)
         failure = process.answer().failure
         assert "ended without an answer (-9): it was killed, most often because the memory" in failure
 

@@ -22,8 +22,6 @@ from rigctl.errors import CalibrationExpired, Declined
 from rigctl.runfile import read_run
 from tests.api.rigs import a_sim
 
-TODAY = datetime.now(UTC).date()
-
 
 @pytest.fixture(scope="module")
 def url() -> Iterator[str]:
@@ -37,9 +35,10 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def records(path: Path, *, days: int) -> None:
+    today = datetime.now(UTC).date()  # asked for each time: midnight may come between two tests
     path.write_text(
-        f'[[sensors]]\nchannel = "force"\nserial = "LC-1"\ndate = {TODAY - timedelta(days=400)}\n'
-        f"expires = {TODAY + timedelta(days=days)}\nscale = 1.01\n"
+        f'[[sensors]]\nchannel = "force"\nserial = "LC-1"\ndate = {today - timedelta(days=400)}\n'
+        f"expires = {today + timedelta(days=days)}\nscale = 1.01\n"
     )
 
 

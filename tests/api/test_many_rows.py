@@ -44,7 +44,9 @@ def rows(draw: st.DrawFn) -> list[dict[str, Any]]:
     ]
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+)
 @given(rows())
 def test_every_value_reads_back(database: Database, written: list[dict[str, Any]]) -> None:
     with database.writing() as connection:

@@ -27,7 +27,7 @@ def test_the_example_gives_the_samples_of_the_command_line(
     assert (job["state"], job["name"]) == ("done", "multisines of stroke, sideways, tilt"), job
     assert main(["design", "multi-axis", str(EXAMPLE), "-o", str(tmp_path / "axes.h5")]) == 0
     assert "realisations 4" in capsys.readouterr().out
-    sent = httpx.get(base + job["files"]["axes.h5"])
+    sent = httpx.get(base + job["files"]["axes.h5"], timeout=60)
     assert sent.headers["content-type"] == "application/x-hdf5"
     with h5py.File(io.BytesIO(sent.content)) as theirs, h5py.File(tmp_path / "axes.h5") as ours:
         name = "realisation_3/channels/sideways_command"

@@ -124,7 +124,7 @@ def test_a_campaign_waits_for_its_operator_and_records_what_was_done(service: Ch
     assert "300 °C" in done["tests"][1]["text"]
     runs = get(service.url, f"/v1/campaigns/{sent['id']}/runs")["runs"]
     path = tmp_path / "first.h5"
-    path.write_bytes(httpx.get(service.url + runs[0]["file"]).content)
+    path.write_bytes(httpx.get(service.url + runs[0]["file"], timeout=60).content)
     run = read_run(path)
     assert (run.operator, run.setup.fixture, run.setup.ambient_degc) == ("A. Meyer", "clevis", 21.5)
     assert run.setup.calibrations[0].serial == "LC-1"

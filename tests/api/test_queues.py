@@ -152,7 +152,8 @@ def test_one_emergency_stop_ends_one_campaign_and_the_others_wait_also_where_it_
         resume(service.url, rig)
         asked = until(service.url, sent[1], lambda c: bool(c["question"]))
         assert "may the rig be reset?" in asked["question"]
-        httpx.post(f"{service.url}/v1/campaigns/{sent[1]}/confirm", json={"answer": "yes"}).raise_for_status()
+        confirm = f"{service.url}/v1/campaigns/{sent[1]}/confirm"
+        httpx.post(confirm, json={"answer": "yes"}, timeout=60).raise_for_status()
         again = reached(service.url, "/v1/rigs", lambda answer: answer["rigs"][0]["paused"] is not None)["rigs"][0]
         assert (again["accepted"], "waits" in again["paused"]) == (2, True)
         assert until(service.url, sent[1], lambda c: c["state"] == "accepted")["reason"] == ""

@@ -22,34 +22,47 @@ from tests.api.serving import serving
 RIG = "modbus://127.0.0.1:9"  # nobody answers there: its worker asks it all the same
 
 
-def waits(restarts: Restarts) -> float | None:
-    at_s = restarts.next_s("rig")
-    return None if at_s is None else at_s - time.time()
+class Ends:
+    """A worker that ends, and how long the next one is waited for."""
+
+    def __init__(self, restarts: Restarts) -> None:
+        self._restarts, self._between = restarts, (0.0, 0.0)
+
+    def end(self, lasted_s: float) -> None:
+        before = time.time()
+        self._restarts.ended("rig", lasted_s)
+        self._between = before, time.time()
+
+    def waits(self, wait_s: float) -> bool:
+        at_s = self._restarts.next_s("rig")
+        return at_s is not None and self._between[0] + wait_s <= at_s <= self._between[1] + wait_s
 
 
 def test_each_wait_is_longer_until_one_has_lasted() -> None:
     restarts = Restarts(clock=lambda: 1000.0)
-    assert waits(restarts) is None
+    ends = Ends(restarts)
+    assert restarts.next_s("rig") is None
     for wait_s in (1.0, 2.0, 5.0, 15.0, 60.0, 60.0):
-        restarts.ended("rig", 3.0)
-        assert waits(restarts) == pytest.approx(wait_s, abs=0.5)
+        ends.end(3.0)
+        assert ends.waits(wait_s)
     assert restarts.next_s("another rig") is None
-    restarts.ended("rig", 61.0)
-    assert waits(restarts) is None
-    restarts.ended("rig", 3.0)
-    assert waits(restarts) == pytest.approx(1.0, abs=0.5)
+    ends.end(61.0)
+    assert restarts.next_s("rig") is None
+    ends.end(3.0)
+    assert ends.waits(1.0)
 
 
 def test_an_operator_who_resumes_the_queue_waits_for_nothing() -> None:
     restarts = Restarts(clock=lambda: 1000.0)
+    ends = Ends(restarts)
     for paused in (False, True, True):
-        restarts.ended("rig", 3.0)
+        ends.end(3.0)
         restarts.saw("rig", paused=paused)
-        assert waits(restarts) is not None
+        assert restarts.next_s("rig") is not None
     restarts.saw("rig", paused=False)
-    assert waits(restarts) is None
-    restarts.ended("rig", 3.0)
-    assert waits(restarts) == pytest.approx(1.0, abs=0.5)
+    assert restarts.next_s("rig") is None
+    ends.end(3.0)
+    assert ends.waits(1.0)
 
 
 @pytest.fixture

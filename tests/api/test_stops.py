@@ -20,10 +20,15 @@ import pytest
 from api.line.place import places
 from rigctl.address import connect
 from rigctl.device import Control, RigState
+from rigctl.limits import Configuration
 from tests.api.following import ended, get, playing, post, reached, resume, rig_of, until, until_rig, worker_of
 
 LONG = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.01, "frequency": 2.0, "current": 0.8, "cycles": 400}
 SHORT = {**LONG, "cycles": 3}
+BY = (
+    "worker",
+    "service",
+)  # the service goes past a worker that has not answered for 0.06 s, and on a busy computer none may
 
 
 def campaign_on(rig: str, *tests: dict[str, Any]) -> dict[str, Any]:
@@ -60,8 +65,9 @@ def test_a_stop_reaches_the_rig_while_the_store_is_locked_and_the_record_follows
     base: str, lab: Path, rig: str, running: str
 ) -> None:
     with locked(lab / "data"):
-        answer = httpx.post(f"{base}/v1/campaigns/{running}/stop", timeout=4.0)
-        assert (answer.status_code, answer.json()["acknowledged"], answer.json()["by"]) == (202, True, "worker")
+        answer = httpx.post(f"{base}/v1/campaigns/{running}/stop", timeout=60)  # it is locked until the rig has stopped
+        assert (answer.status_code, answer.json()["acknowledged"]) == (202, True)
+        assert answer.json()["by"] in BY
         assert (answer.json()["id"], answer.json()["asked"], answer.json()["name"]) == (running, "stop", "check")
         ends = time.monotonic() + 60
         while state_of(rig) is not RigState.DISABLED:
@@ -122,6 +128,7 @@ def test_a_rig_that_nobody_plays_on_is_stopped_and_its_queue_pauses(base: str, r
     rig_id = until_rig(base, rig, lambda r: r["state"] == "free")["id"]
     with closing(connect(rig)) as other:
         other.claim(2.0)
+        other.configure(Configuration(heartbeat_s=10.0), 2.0)  # it is silent until the stop comes
         until_rig(base, rig, lambda r: r["state"] == "occupied")
         other.command(Control.HOLD, 0, 2.0)
         assert httpx.post(f"{base}/v1/rigs/{rig_id}/stop", timeout=30).status_code == 202

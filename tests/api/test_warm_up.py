@@ -24,7 +24,7 @@ def test_a_campaign_warms_its_damper_up_and_records_its_tests_only(service: Chil
     runs = get(service.url, f"/v1/campaigns/{done['id']}/runs")["runs"]
     assert [run["test"] for run in runs] == ["warm", "cool"]
     path = tmp_path / "warm.h5"
-    path.write_bytes(httpx.get(service.url + runs[0]["file"]).content)
+    path.write_bytes(httpx.get(service.url + runs[0]["file"], timeout=60).content)
     assert np.mean(read_run(path).channels["temperature"]) > 30.8
 
 
@@ -38,6 +38,7 @@ def test_a_gate_that_cannot_open_fails_the_campaign_in_words(service: Child, rig
 
 def test_a_warm_up_that_cannot_be_is_refused_before_it_is_accepted(service: Child, rig: str) -> None:
     body = {"name": "bad", "rig": rig, "specimen": "d", "tests": [{**SINE, "name": "t"}]}
-    answer = httpx.post(f"{service.url}/v1/campaigns", json={**body, "warm_up": {**WARM_UP, "frequency": -1}})
+    wrong = {**body, "warm_up": {**WARM_UP, "frequency": -1}}
+    answer = httpx.post(f"{service.url}/v1/campaigns", json=wrong, timeout=60)
     assert answer.status_code == 422
     assert "warm-up" in answer.text or "warm_up" in answer.text

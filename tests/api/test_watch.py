@@ -46,7 +46,7 @@ def lab(tmp_path: Path, body: dict[str, Any]) -> Iterator[Lab]:
         yield Lab(database, CampaignStore(database), held, campaign)
 
 
-def until(true: Callable[[], bool], within_s: float = 10.0) -> None:
+def until(true: Callable[[], bool], within_s: float = 60.0) -> None:
     ends = time.monotonic() + within_s
     while not true():
         assert time.monotonic() < ends

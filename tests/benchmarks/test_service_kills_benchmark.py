@@ -65,5 +65,5 @@ def test_a_benchmark_that_is_told_to_end_leaves_no_process_and_no_folder(
         process.send_signal(number)
         out, _ = process.communicate(timeout=90)
     assert process.returncode == 128 + number, out
-    assert eventually(lambda: not processes_of(folder), 10.0), processes_of(folder)
+    assert eventually(lambda: not processes_of(folder), 60.0), processes_of(folder)
     assert list(folder.iterdir()) == []

@@ -92,7 +92,7 @@ def test_the_hold_set_point_travels_to_where_it_is_sent(wire: Transport) -> None
     with pytest.raises(RequestDenied):
         wire.direct(0.5, 0.3, S)
     wire.direct(0.01, 0.3, S)
-    ends = time.monotonic() + 10
+    ends = time.monotonic() + 60
     while not (status := wire.status(S)).arrived:
         assert time.monotonic() < ends
     assert status.displacement_m == pytest.approx(0.01, abs=5e-4)
@@ -158,7 +158,7 @@ def test_a_stream_with_every_block_sent_twice_is_played_once_and_captured_whole(
             reply = wire.exchange(block, run, 0, S)
             assert (reply.last_accepted, reply.refused) == (number, False)
     wire.command(Control.ACTIVATE, run, S)
-    captured, ends = 0, time.monotonic() + 20
+    captured, ends = 0, time.monotonic() + 60
     while captured < blocks * wire.block_samples:
         assert time.monotonic() < ends
         first = wire.exchange(None, run, captured, S)
@@ -218,7 +218,7 @@ def test_a_rig_that_dies_in_a_run_leaves_a_truncated_file(
                 on_progress=lambda p: process.kill() if p.samples > 500 else None,
                 settings=PlayerSettings(ramp_s=0.2, link_patience_s=0.5),
             )
-        assert time.monotonic() - began < 20
+        assert time.monotonic() - began < 60
     assert caught.value.run_path is not None
     run = read_run(caught.value.run_path)
     assert run.status == "truncated"
@@ -227,14 +227,14 @@ def test_a_rig_that_dies_in_a_run_leaves_a_truncated_file(
 
 def test_an_address_without_a_rig_is_an_error_in_time() -> None:
     with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
+        taken.bind(("127.0.0.1", 0))  # and nobody listens there
         url = f"modbus://127.0.0.1:{taken.getsockname()[1]}"
-    took_s = []
-    for _ in range(3):
-        began = time.monotonic()
-        with closing(connect(url)) as wire, pytest.raises(TransportError):
-            wire.identify(0.3)
-        took_s.append(time.monotonic() - began)
+        took_s = []
+        for _ in range(3):
+            began = time.monotonic()
+            with closing(connect(url)) as wire, pytest.raises(TransportError):
+                wire.identify(0.3)
+            took_s.append(time.monotonic() - began)
     assert min(took_s) < 2  # the others may wait for a busy computer
 
 
