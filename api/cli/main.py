@@ -49,6 +49,7 @@ from api.cli.study import study
 from api.cli.terminal import quiet
 from api.cli.track import track
 from api.cli.worker import worker
+from api.processes.lasting import leave_what_is_there
 
 __all__ = ["main", "run"]
 
@@ -129,6 +130,7 @@ def run() -> NoReturn:
     except OSError:  # the reader of our output has ended, or the terminal was closed
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         status = status or 1
+    leave_what_is_there()
     sys.exit(status)
 
 
