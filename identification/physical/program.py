@@ -123,9 +123,7 @@ class _Layout:
     gains: tuple[int, ...]  # places of the gains on the current
     warm: bool  # the force follows the temperature
     by_velocity: bool  # the force follows from w alone where all gains are zero
-    remembers: tuple[
-        tuple[int, int], ...
-    ]  # elements, and the places of the parameters without which they have no state
+    remembers: tuple[tuple[int, int], ...]  # elements that have a state where the parameter at that place is not zero
 
 
 @lru_cache(maxsize=1024)

@@ -24,10 +24,8 @@ from tests.api.following import ended, get, playing, post, reached, resume, rig_
 
 LONG = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.01, "frequency": 2.0, "current": 0.8, "cycles": 400}
 SHORT = {**LONG, "cycles": 3}
-BY = (
-    "worker",
-    "service",
-)  # the service goes past a worker that has not answered for 0.06 s, and on a busy computer none may
+# The service goes past a worker that has not answered for 0.06 s: on a busy computer none may.
+BY = ("worker", "service")
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits the descriptors of another process")
 
