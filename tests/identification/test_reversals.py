@@ -26,7 +26,8 @@ def test_a_core_that_turns_round_at_once_has_gone_the_way_back_only(
     before = speed * 10.0**exponent
 
     def after(w_old: float) -> float:
-        leg = Leg(0.5 * h * (side * speed + w_old), w_old, side * speed, h)
+        way = 0.5 * h * (side * speed + w_old)
+        leg = Leg(way, w_old, side * speed, h, way)
         partials = np.zeros(PARTIALS)
         new = float(advance(code, p, 0, 1e-5, leg, True, partials, np.zeros(PARTIALS)))
         assert np.all(np.isfinite(partials))
