@@ -303,7 +303,7 @@ def steady(core, w, x, memory, sens):
     """Every internal force at its steady value for the velocity `w`, with its sensitivities where these are wanted.
 
     What does not saturate within half the stroke of `x` begins as an elastic spring would after that travel. A gas
-    begins as if it had long moved as it does along `x`.
+    that takes up heat begins as if it had long moved as it does along `x`, or out of rest.
     """
     codes, offsets, p, column = core.codes, core.offsets, core.p, core.column
     reach = _half_stroke(x)
@@ -333,7 +333,7 @@ def steady(core, w, x, memory, sens):
             memory[k] = 1e300
         elif codes[k] == _SELECTIVE:
             memory[k] = w
-        elif codes[k] == _GAS:
+        elif codes[k] == _GAS and core.memory[k]:
             memory[k] = _before(gas_of(p, o), x, sens, k, column, o)
 
 

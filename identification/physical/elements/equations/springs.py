@@ -57,17 +57,13 @@ def tended_to(q, z):
 
 @inlined
 def gas(q, z, behind):
-    """−f0 y (1 + z/length)^(−n), y = (1 + z/length)^(n−1) + `behind`, or 1 where no heat passes the wall.
+    """−f0 y (1 + z/length)^(−n), y = (1 + z/length)^(n−1) + `behind`; its slopes by z and `behind`, its partials.
 
-    Also its slopes by z and by `behind`.
+    Where no heat passes the wall y is 1, and `behind`, a memory that it has not, 0.
     """
     b = _opening(q, z)
     g = b ** (-q.n)
-    rise = Rise(1.0, 0.0, 0.0, 0.0)
-    if q.heat != 0.0:
-        rise = tended_to(q, z)
-    else:
-        behind = 0.0
+    rise = tended_to(q, z) if q.heat != 0.0 else Rise(1.0, 0.0, 0.0, 0.0)
     y = rise.y + behind
     slope = q.f0 * q.n * g / b * y
     f_y = -q.f0 * g
