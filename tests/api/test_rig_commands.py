@@ -140,9 +140,8 @@ def test_ctrl_z_holds_and_ctrl_z_again_resumes_and_no_sample_is_lost(road: Path)
     with a_sim("modbus://127.0.0.1:0", "--speed", "1") as rig:
         command = [sys.executable, "-m", "api.cli", "run", "road.h5", "--rig", rig, "-o", "runs", "--json"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process, closing(connect(rig)) as wire:
-            _until(
-                lambda: wire.status(2.0).consumed > 300
-            )  # of 3000, in real time: the hold must come before their end
+            # 300 of 3000 samples in real time: the hold must come before their end.
+            _until(lambda: wire.status(2.0).consumed > 300)
             process.send_signal(signal.SIGTSTP)
             _until(lambda: (s := wire.status(2.0)).state.name == "HOLD" and s.arrived)
             process.send_signal(signal.SIGTSTP)
