@@ -138,10 +138,14 @@ def _chosen(rng: Rng, machine: Machine, count: int) -> list[Effect]:
         effect = machine.effects[int(k)]
         if len(chosen) >= count:
             break
-        taken = {e.title for e in chosen}
-        if effect.title not in taken and not effect.excludes & taken:
+        if not any(_excludes(effect, other) for other in chosen):
             chosen.append(effect)
     return chosen
+
+
+def _excludes(one: Effect, other: Effect) -> bool:
+    """Whether two effects are the same or one says that it excludes the other."""
+    return one.title == other.title or one.title in other.excludes or other.title in one.excludes
 
 
 def _bench(rng: Rng, machine: Machine, effects: Sequence[Effect]) -> Bench:

@@ -318,6 +318,15 @@ def test_beside_what_no_element_describes_there_are_one_or_two_effects_that_some
     assert len(made.hidden) <= 3
 
 
+@pytest.mark.parametrize("seed", [10704, 10301, 10302])
+def test_no_case_has_two_effects_of_which_one_excludes_the_other(seed: int) -> None:
+    rng = np.random.default_rng([7, seed])
+    hidden = made(seed)
+    excludes = {e.title: e.excludes for e in KINDS[hidden.kind](rng).effects}
+    titles = {h.title for h in hidden.hidden}
+    assert not any(excludes.get(title, frozenset()) & titles for title in titles)
+
+
 def test_a_set_of_runs_of_two_rates_can_be_judged() -> None:
     """A late current is tried by as many delays in every run, whatever its rate."""
     counts = set()
