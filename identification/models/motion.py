@@ -97,16 +97,23 @@ def held(values: Floats, first: float | None = None, *, largest: float = np.inf)
 
 
 def _hermite(y: Floats, dy: Floats, tau: float, dt: float) -> Floats:
-    """Cubic Hermite interpolation of y at t − tau, (N,)."""
+    """Cubic Hermite interpolation of y at t − tau, (N,).
+
+    Every sample lies at the same place q between two others, so that their weights are the same for all.
+    """
     n = y.size
-    position = np.clip(np.arange(n) - tau / dt, 0.0, n - 1.0)
-    left = np.minimum(position.astype(np.int64), n - 2)
-    q = position - left
+    whole = int(np.clip(np.floor(tau / dt), -n - 1.0, n))
+    q = 1.0 - float(np.clip(tau / dt - whole, 0.0, 1.0))
+    first, last = min(max(whole + 1, 0), n), min(max(n + whole, 0), n)  # those between two samples
+    left, right = slice(first - whole - 1, last - whole - 1), slice(first - whole, last - whole)
     q2, q3 = q * q, q * q * q
-    out: Floats = (
+    out = np.empty(n)
+    out[:first], out[last:] = y[0], y[-1]
+    out[first:last] = (
         (2 * q3 - 3 * q2 + 1) * y[left]
-        + (3 * q2 - 2 * q3) * y[left + 1]
-        + dt * ((q3 - 2 * q2 + q) * dy[left] + (q3 - q2) * dy[left + 1])
+        + (3 * q2 - 2 * q3) * y[right]
+        + (dt * (q3 - 2 * q2 + q)) * dy[left]
+        + (dt * (q3 - q2)) * dy[right]
     )
     return out
 
@@ -123,6 +130,8 @@ def is_step(i: Floats) -> NDArray[np.bool_]:
 
 def delayed(i: Floats, tau: float, dt: float, periodic: int = 0) -> Floats:
     """The current `tau` seconds ago, (N,): interpolated where it is smooth, held where it steps."""
+    if np.ptp(i) == 0.0:
+        return i
     position = np.arange(i.size) - tau / dt
     if periodic:
         i, position = np.concatenate([i[:periodic], i[:1]]), position % periodic

@@ -12,6 +12,11 @@ from identification.physical.elements.spec import Values
 _EXPONENTIAL = 1.2  # a Bouc–Wen exponent below it grows e⁵-fold at most where this one would be infinite
 
 
+def may_grow(name: str) -> bool:
+    """Whether an element has values with which it grows without end."""
+    return name in _CHECKS
+
+
 def unbounded(name: str, values: Values, stroke: float) -> str | None:
     """Why an element has no bound within a stroke, m; None where it has one."""
     check = _CHECKS.get(name)
