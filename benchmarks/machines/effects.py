@@ -8,7 +8,9 @@ import numpy as np
 
 from benchmarks.machines.effect import Effect, Names, Rng, Scale, Values
 
-FRICTION: tuple[Names, ...] = (("coulomb_friction",), ("presliding_friction",), ("stribeck_friction",))
+FRICTION: tuple[Names, ...] = (
+    ("coulomb_friction",), ("presliding_friction",), ("stribeck_friction",), ("lugre_friction",),
+)  # fmt: skip
 CURVES: tuple[Names, ...] = (
     ("relief_valve",), ("arctan_damping",), ("piecewise_linear_damping",), ("valve_damping",), ("quadratic_damping",),
     ("tanh_hysteresis",),

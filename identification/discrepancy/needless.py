@@ -27,24 +27,25 @@ from identification.record import Record
 
 
 def drop_departures(state: Search, records: Sequence[Record]) -> Search:
-    """Remove the names of elements that are only how another named element departs from its ideal."""
-    named = {e.name: e for e in (state.fit.model.element(n) for n in state.names)}
-    only = {e.id for e in named.values() if _is_departure(e, named, state, records)}
+    """Remove the names of elements that are only how another element of the model departs from its ideal."""
+    others = {e.name: e for e in state.fit.model.elements}
+    only = {n for n in state.names if _is_departure(state.fit.model.element(n), others, state, records)}
     return replace(state, names=tuple(n for n in state.names if n not in only))
 
 
-def _is_departure(own: Element, named: Mapping[str, Element], state: Search, records: Sequence[Record]) -> bool:
-    """Whether an element only describes how another named one departs from its ideal: by its values, or because it
+def _is_departure(own: Element, others: Mapping[str, Element], state: Search, records: Sequence[Record]) -> bool:
+    """Whether an element only describes how another one departs from its ideal: by its values, or because it
     closes little beside the other."""
     departure = own.spec.departure
-    ideal = None if departure is None else next((named[name] for name in departure.of if name in named), None)
+    ideal = None if departure is None else next((others[name] for name in departure.of if name in others), None)
     if departure is None or ideal is None:
         return False
     if departure.is_only(own.values(), ideal.values()):
         return True
-    rest = fit_others(state, own.id, records) if departure.share > 0.0 else None
+    share = departure.of[ideal.name]
+    rest = fit_others(state, own.id, records) if share > 0.0 else None
     closed = np.inf if rest is None else excess_of(rest) - state.excess
-    return closed < departure.share * contribution(state.fit.model, ideal.id, records)
+    return closed < share * contribution(state.fit.model, ideal.id, records)
 
 
 def drop_needless(state: Search, records: Sequence[Record]) -> Search:

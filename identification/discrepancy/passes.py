@@ -62,20 +62,21 @@ def search_in_passes(
     """
     whole = records if whole is None else whole
     found, evidence, withheld = one_pass(given, base, (), (), records, held_out, report)
-    latest, within, refused = found.names, None, _refused(found, withheld)
-    while latest and len(found.names) < FORM.most_effects and not is_enough(found.fit.model):
+    grown, within, refused = bool(found.names), None, _refused(found, withheld)
+    while grown and len(found.names) < FORM.most_effects and not is_enough(found.fit.model):
         found, base, records = _elsewhere(found, base, records, _share_again(whole, found.fit.model))
         if not is_seen(found.excess, records):
             break
         report(f"searching for more beside {len(found.names)}")
         more, new, doubtful = one_pass(found.fit.model, found.fit, found.names, refused, records, held_out, report)
-        latest, refused = more.names, _refused(more, doubtful)
+        # Where no name is new, an element may be: how one named earlier departs from its ideal.
+        grown, refused = more.fit.model.ids != found.fit.model.ids, _refused(more, doubtful)
         counts = _closes_the_rest(more, found, held_out) or _are_sure(new)
-        if latest and not _gap_remains_on(whole, found, base) and not counts:
+        if more.names and not _gap_remains_on(whole, found, base) and not counts:
             within = None if _are_curves(more) else more
             break
         withheld = list({e.name: e for e in (*withheld, *doubtful)}.values())
-        if latest:
+        if grown:
             found = _together(found, more, records)
             evidence = [e for e in (*evidence, *new) if e.name in found.names]
             if (merged := merge_names(found, records)).names != found.names:

@@ -16,7 +16,7 @@ from identification.discrepancy.excess import contribution_and_form, excess_of
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
-from identification.fitting.refine import beside_or_within, follows_current, refine_curve
+from identification.fitting.refine import beside_or_within, follows_current, refine_curve, without_needless_shape
 from identification.physical.elements import CATALOGUE, Curve, Growth, ParameterSpec, Surroundings
 from identification.physical.model import Element, Model, Parameter, denies_its_name
 from identification.record import Record
@@ -271,7 +271,8 @@ def _fit_candidate(candidate: _Candidate, its: _Round) -> Trial | None:
             for index in range(len(raw.model.elements)):  # what the others are behind is new
                 raw = beside_or_within(raw, index, its.records)
         at = raw.model.ids.index(candidate.id)
-        fits.append(refine_curve(raw, at, its.records, gains=follows_current(its.given)))
+        plain = without_needless_shape(raw, at, its.records)
+        fits = [refine_curve(plain, at, its.records, gains=follows_current(its.given))]
     with suppress(SimulationError):
         return trial_of(min(fits, key=_merit), candidate.id, its.start, its.records, candidate.promised)
     return None

@@ -36,6 +36,20 @@ def refine_curve(fit: Fit, index: int, records: Sequence[Record], *, gains: bool
     return fit
 
 
+def without_needless_shape(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
+    """The fit with the finer shape of one element neutral again, where that was free from the start and the data do not
+    show it."""
+    own = fit.model.elements[index]
+    shaped = [s.refinement and not s.switch for s in own.spec.parameters]
+    if all(p.fixed for p, finer in zip(own.parameters, shaped, strict=True) if finer):
+        return fit
+    plain = tuple(_neutral(s) if finer else p
+                  for s, p, finer in zip(own.spec.parameters, own.parameters, shaped, strict=True))  # fmt: skip
+    found = _refitted(fit, index, plain, records)
+    shown = max(CHANCE.slack, FORM.helps * (found.chi2 - found.samples))
+    return fit if fit.chi2 < found.chi2 - shown else found
+
+
 def beside_or_within(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     """The fit with one element beside the mount, or within it again, where that is clearly the better."""
     own, excess = fit.model.elements[index], fit.chi2 - fit.samples

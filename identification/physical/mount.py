@@ -25,6 +25,7 @@ class Contact(NamedTuple):
     by_gap: float
     by_air: float
     by_half: float
+    by_side: float
 
 
 @compiled
@@ -32,9 +33,11 @@ def _through_air(mount, s, d, c, rate):
     """The same in series with air that gives way by d = h f/(f_h + f), f > 0: half of it by the force f_h.
 
     With q = f_h/k and a = q + h − d the force of both in series is f = k (√(a² + 4 d q) − a)/2. The damper stands
-    beside the spring alone, which takes the share g = (df/dd)/k of the rate.
+    beside the spring alone, which takes the share g = (df/dd)/k of the rate. The same air yields on each side by an
+    area of its own: w times their mean, so that it gives way by less, under more force.
     """
-    k, h, q = mount.k, 0.5 * mount.air, mount.f_half / mount.k
+    k, w = mount.k, 1.0 + s * mount.side
+    h, q = 0.5 * mount.air / w, mount.f_half * w / mount.k
     a = q + h - d
     r = np.sqrt(a * a + 4.0 * d * q)
     f = 2.0 * k * d * q / (r + a) if a > 0.0 else 0.5 * k * (r - a)
@@ -53,8 +56,9 @@ def _through_air(mount, s, d, c, rate):
         s * f / k - q / k * by_q,
         rate * g,
         -0.5 * s * by_e,
-        0.5 * by_h,
-        by_q / k,
+        0.5 * by_h / w,
+        w * by_q / k,
+        s * (q * by_q - h * by_h) / w,
     )
 
 
@@ -63,15 +67,15 @@ def _beyond(mount, c, e, rate):
     """A spring and damper beyond half a gap, in series with what air gives way by."""
     k, half = mount.k, 0.5 * mount.gap
     if abs(e) <= half and half > 0.0:
-        return Contact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return Contact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     s = 1.0 if e > 0 else -1.0
     d = abs(e) - half
     if mount.air > 0.0:
         met = _through_air(mount, s, d, c, rate)
     else:
-        met = Contact(s * k * d + c * rate, k, c, s * d, rate, -0.5 * k * s, 0.0, 0.0)
+        met = Contact(s * k * d + c * rate, k, c, s * d, rate, -0.5 * k * s, 0.0, 0.0, 0.0)
     if half > 0.0 and met.f * s <= 0.0:  # a contact can push and be pushed, not stick
-        return Contact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return Contact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return met
 
 
@@ -81,7 +85,7 @@ def contact(mount, u, e, rate):
     c = mount.c + mount.c_control * u
     if mount.gap > 0.0 or mount.air > 0.0:
         return _beyond(mount, c, e, rate)
-    return Contact(mount.k * e + c * rate, mount.k, c, e, rate, 0.0, 0.0, 0.0)
+    return Contact(mount.k * e + c * rate, mount.k, c, e, rate, 0.0, 0.0, 0.0, 0.0)
 
 
 class Slip(NamedTuple):
@@ -144,5 +148,7 @@ def add_mount_partials(out, mounting, e, rate, u, scale):
         out[column.air] += scale * met.by_air
     if column.f_half >= 0:
         out[column.f_half] += scale * met.by_half
+    if column.side >= 0:
+        out[column.side] += scale * met.by_side
     if column.c_control >= 0:
         out[column.c_control] += scale * u * met.by_c

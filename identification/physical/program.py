@@ -67,6 +67,7 @@ class Mount(NamedTuple):
     c_control: float  # N·s/(m·A)
     air: float  # m
     f_half: float  # N
+    side: float  # in −1 … 1: the area that presses on the air in extension is 1 + side times the mean
     k_slip: float  # N/m
     f_slip: float  # N, 0 without friction
 

@@ -233,11 +233,10 @@ def _amplitude_velocity(motion: Motion) -> Floats:
 def mount_of(mount: Sequence[Element], remembers: bool) -> tuple[Mount, int]:
     """The mount as the loops see it, and the substeps at an event."""
     placed = {s.place: p.value for e in mount for s, p in zip(e.spec.parameters, e.parameters, strict=True) if s.place}
-    worn = set(placed) <= {"gap", "air", "f_half"}  # a joint without a bush
+    worn = set(placed) <= {"gap", "air", "f_half", "side"}  # a joint without a bush
     k, c = (RIGID_STIFFNESS, RIGID_DAMPING) if worn else (0.0, 0.0)
     values = {"k": k, "c": c, "gap": 0.0, "k2": 0.0, "c2": 0.0, "c_control": 0.0, "air": 0.0, "f_half": 1.0,
-              "k_slip": 1.0, "f_slip": 0.0,
-              **placed}  # fmt: skip
+              "side": 0.0, "k_slip": 1.0, "f_slip": 0.0, **placed}  # fmt: skip
     substeps = _REVERSAL_SUBSTEPS if remembers or values["f_slip"] > 0.0 else 1
     return Mount(**values), _PLAY_SUBSTEPS if values["gap"] > 0.0 else substeps
 

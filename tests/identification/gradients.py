@@ -54,7 +54,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "rubber_bush": {"k": 8e5, "c": 300, "k_slip": 6e5, "f_slip": 60},
     "series_dashpot": {"c": 5e4, "c_control": 1e4},
     "free_play": {"gap": 1e-3},
-    "aerated_oil": {"air": 2e-3, "f_half": 80.0},
+    "aerated_oil": {"air": 2e-3, "f_half": 80.0, "side": -0.4},
     "control_lag": {"tau": 0.012},
     "coil_lag": {"tau_rise": 0.012, "tau_fall": 0.03},
     "control_delay": {"tau": 0.0123},

@@ -42,7 +42,7 @@ ROWS: Final = (
         memory=True,
         alias=Alias("a slow current amplifier", _PROBE),
         departure=Departure(
-            of=("control_delay",),
+            of={"control_delay": 0.0},
             is_only=_smears,
             words=lambda v: f"the dead time of the control is smeared by a lag of {v['tau']:.3g} s",
         ),
@@ -71,7 +71,7 @@ ROWS: Final = (
         needs_current=True,
         alias=Alias("a dead time of the current amplifier", _PROBE),
         departure=Departure(
-            of=("control_lag",),
+            of={"control_lag": 0.0},
             is_only=_smears,
             words=lambda v: f"the lag of the control sets in after {v['tau']:.3g} s",
         ),

@@ -80,10 +80,9 @@ ROWS: Final = (
         limits_of=(Growth(of="aerated_oil", starts=_little_force),),
         alias=Alias("a frame or a fixture that yields", _BAR),
         departure=Departure(
-            of=("free_play", "aerated_oil"),
+            of={"free_play": FORM.seat, "aerated_oil": 1.0},  # the oil yields too, by any share of what its air does
             is_only=_as_stiff_as_steel,
-            share=FORM.seat,
-            words=lambda v: f"what gives way beside it, such as the halves of a joint, has {v['k']:.3g} N/m",
+            words=lambda v: f"what gives way beside it, such as the oil or the halves of a joint, has {v['k']:.3g} N/m",
         ),
     ),
     ElementSpec(
@@ -150,7 +149,7 @@ ROWS: Final = (
         name="aerated_oil",
         family=Family.MOUNT,
         title="free air in the oil",
-        equation="e = (air/2)·f/(f_half + |f|) + the spring's, e = x − z",
+        equation="e = (air/2)/s·f/(f_half·s + |f|) + the spring's, s = 1 + side·sgn(f), e = x − z",
         parameters=(
             ParameterSpec("air", "m", place="air", remedy=Remedy.STROKE),
             ParameterSpec(
@@ -161,10 +160,19 @@ ROWS: Final = (
                 limits=lambda s: (1e-3 * s.force, 10.0 * s.force),
                 remedy=Remedy.SPEEDS,
             ),
+            # A piston rod takes its area from one side: rebound presses with another area than compression.
+            ParameterSpec("side", "–", -0.95, 0.95, default=0.0, refinement=True, place="side", remedy=Remedy.SPEEDS),
         ),
         starts=lambda s: [
-            {"air": part * s.x_rms, "f_half": share * s.force}
-            for part, share in ((0.01, 0.2), (0.05, 0.2), (0.05, 0.5))
+            {"air": part * s.x_rms, "f_half": share * s.force, "side": side}
+            for part, share, side in (
+                (0.01, 0.2, 0.0),
+                (0.05, 0.2, 0.0),
+                (0.05, 0.5, 0.0),
+                (0.6, 2.0, 0.0),
+                (0.6, 2.0, 0.6),
+                (0.6, 2.0, -0.6),
+            )
         ],
         once=True,
         mistaken=_is_play_or_spring,

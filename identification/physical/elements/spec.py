@@ -18,7 +18,7 @@ Limits = Callable[["Scales"], tuple[float, float]]
 Path = Literal["mount", "control", "core", "sensor"]
 PATHS: Final[tuple[Path, ...]] = ("mount", "control", "core", "sensor")
 
-Place = Literal["k", "c", "gap", "k2", "c2", "c_control", "air", "f_half", "k_slip", "f_slip"]
+Place = Literal["k", "c", "gap", "k2", "c2", "c_control", "air", "f_half", "side", "k_slip", "f_slip"]
 
 TINY: Final = 1e-12  # "> 0" in floating point: knees, lengths and slopes that divide
 UNBOUNDED: Final = -math.inf
@@ -97,9 +97,8 @@ class Surroundings:
 class Departure:
     """The element is no effect of its own where it is only how a real `of` departs from the ideal one."""
 
-    of: tuple[str, ...]  # the other element, or each that it may be
+    of: Mapping[str, float]  # each other element, and the share of what that adds: one that closes less is a departure
     is_only: Callable[[Values, Values], bool]  # whether own values and those of the other say so
-    share: float = 0.0  # of what the other adds: an element that closes less is only its departure
     words: Callable[[Values], str]  # what a reader is told of it then
 
 
