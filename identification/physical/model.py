@@ -201,8 +201,12 @@ class Model:
         return replace(new, id=_free_id(new.name, self.ids))
 
     def with_element(self, new: Element) -> Model:
-        """The model with one more element."""
-        return replace(self, elements=(*self.elements, new))
+        """The model with one more element at the end of its path, but before what acts on all that comes before it: a
+        recorder that is late is late with the force of a mass too."""
+        path, moves = new.spec.path, new.spec.moves_all
+        late = [k for k, e in enumerate(self.elements) if e.spec.moves_all and e.spec.path == path and not moves]
+        at = late[0] if late else len(self.elements)
+        return replace(self, elements=(*self.elements[:at], new, *self.elements[at:]))
 
     def replacing(self, id_: str, new: Element) -> Model:
         """The model with another element in the place of one."""

@@ -18,7 +18,9 @@ from identification.fitting.leastsquares import fit_records
 from identification.physical.elements import CATALOGUE, SHIFT, Curve, ElementSpec, Family, codes_of
 from identification.physical.model import Element, Model, Parameter, element, name_of
 from identification.physical.modelfile import model_from_json, model_to_json, read_model, write_model
+from identification.physical.simulate import simulate
 from identification.scales import scales_of
+from tests.identification.motions import motion
 from tests.identification.specimens import AS_SIMULATED, records_with
 
 ROOT = Path(identification.__file__).parent
@@ -101,6 +103,19 @@ def test_two_of_a_kind_are_numbered_in_order() -> None:
     assert model.ids == ("viscous_damping", "viscous_damping#2", "viscous_damping#3")
     assert {name_of(i) for i in model.ids} == {"viscous_damping"}
     assert model.names()[::2] == ["viscous_damping.c", "viscous_damping#2.c", "viscous_damping#3.c"]
+
+
+def test_a_mass_that_is_added_to_a_late_recorder_is_late_too() -> None:
+    """A delay acts on all that the load cell feels; the order of what is there stays as it is."""
+    late = Model(name="late", elements=(
+        element("viscous_damping", {"c": 1000.0}), element("force_delay", {"tau": 0.02}),
+        element("force_offset", {"F0": 7.0}),
+    ))  # fmt: skip
+    heavy = late.with_element(element("moving_mass", {"m": 5.0}))
+    assert heavy.ids == ("viscous_damping", "moving_mass", "force_delay", "force_offset")
+    inputs = motion()
+    force = simulate(heavy, inputs).force - simulate(late, inputs).force
+    assert force[100:-100] == pytest.approx(5.0 * np.interp(inputs.t - 0.02, inputs.t, inputs.a)[100:-100], abs=0.05)
 
 
 def test_an_element_keeps_its_id_when_another_of_its_kind_goes_or_comes() -> None:
