@@ -161,7 +161,7 @@ def _search(
     )  # fmt: skip
     return SearchResult(
         base=passes.base, found=passes.found, evidence=passes.evidence, withheld=passes.withheld, hum=hum, train=train,
-        held=held, quiet=passes.records, only_held_out=only_held_out, within=passes.within,
+        held=held, quiet=passes.records, only_held_out=only_held_out, within=passes.within, before=passes.before,
     )  # fmt: skip
 
 
@@ -234,7 +234,7 @@ def _conclude(
         next_test=NextTest(text=farther[0]) if farther else next_test,
         given=given,
         base=base,
-        model=replace(final, name=_name(given, result.names)),
+        model=replace(_marked(final, result.names), name=_name(given, result.names)),
         moves=result.found.moves,
         compared={name_of(n): _named_for_reader(result.found.compared[n]) for n in result.found.names},
         traces=tuple(traces),
@@ -264,6 +264,12 @@ def _fit_final(result: SearchResult) -> Model:
     return replace(
         model, elements=tuple(remove_limits(e) if n else e for e, n in zip(model.elements, added, strict=True))
     )
+
+
+def _marked(final: Model, names: Sequence[str]) -> Model:
+    """The model that says of which elements a search has named them: the next one, with it as the base, allows these
+    the tolerance of form that this one did."""
+    return replace(final, elements=tuple(replace(e, named=e.named or e.id in names) for e in final.elements))
 
 
 def _without_harm(result: SearchResult, final: Model, base: Model) -> tuple[SearchResult, Model]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from identification.criteria import FORM, TEXT
@@ -18,6 +19,7 @@ from identification.discrepancy.naming import (
 from identification.discrepancy.needless import drop_departures, drop_preloads, merge_names
 from identification.discrepancy.search import search
 from identification.discrepancy.verdict import drop_doubtful
+from identification.errors import ModelError, SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.physical.model import Model, name_of
 from identification.physical.predict import predict
@@ -36,6 +38,7 @@ class Passes:
     evidence: list[Evidence]
     withheld: list[Evidence]  # the evidence for names that are not stated
     within: Search | None  # what a last pass found within the tolerance of form
+    before: Search | None  # what an earlier search had named in the base
     base: Fit  # without a name, on `records`
     records: Sequence[Record]
 
@@ -58,11 +61,17 @@ def search_in_passes(
     What it finds within the tolerance of form counts where it closes nearly all that was left, or is sure: a departure
     of form is no other element. Each pass looks at the fair shares of the `whole` records in which the model it starts
     from fails most: an effect may act elsewhere than where the first one failed. How far a form departs is judged on
-    the whole.
+    the whole. Names that an earlier search has left in the base count as those of a pass before.
     """
     whole = records if whole is None else whole
-    found, evidence, withheld = one_pass(given, base, (), (), records, held_out, report)
+    before, without = _named_before(base, records)
+    earlier = () if before is None else before.names
+    found, evidence, withheld = one_pass(given, base, earlier, (), records, held_out, report)
     grown, within, refused = bool(found.names), None, _refused(found, withheld)
+    if before is not None and grown and not _count(found, evidence, before, without, whole, held_out):
+        within = None if _are_curves(found) else found
+        found, evidence = replace(before, names=(), earlier=earlier, base_excess=before.excess), []
+        grown = False
     while grown and len(found.names) < FORM.most_effects and not is_enough(found.fit.model):
         found, base, records = _elsewhere(found, base, records, _share_again(whole, found.fit.model))
         if not is_seen(found.excess, records):
@@ -71,8 +80,7 @@ def search_in_passes(
         more, new, doubtful = one_pass(found.fit.model, found.fit, found.names, refused, records, held_out, report)
         # Where no name is new, an element may be: how one named earlier departs from its ideal.
         grown, refused = more.fit.model.ids != found.fit.model.ids, _refused(more, doubtful)
-        counts = _closes_the_rest(more, found, held_out) or _are_sure(new)
-        if more.names and not _gap_remains_on(whole, found, base) and not counts:
+        if more.names and not _count(more, new, found, base, whole, held_out):
             within = None if _are_curves(more) else more
             break
         withheld = list({e.name: e for e in (*withheld, *doubtful)}.values())
@@ -83,7 +91,31 @@ def search_in_passes(
                 found, evidence, doubtful = _judged(merged, records, held_out)
                 withheld = [*withheld, *doubtful]
     withheld = [e for e in withheld if e.name not in found.names]
-    return Passes(found=found, evidence=evidence, withheld=withheld, within=within, base=base, records=records)
+    return Passes(
+        found=found, evidence=evidence, withheld=withheld, within=within, before=before, base=base, records=records
+    )  # fmt: skip
+
+
+def _named_before(base: Fit, records: Sequence[Record]) -> tuple[Search | None, Fit]:
+    """What an earlier search had named in the base, as the state in which it ended, and the fit without these names;
+    None and the base where it had named nothing, or the model can't run without."""
+    names = tuple(e.id for e in base.model.elements if e.named)
+    with suppress(SimulationError, ModelError):
+        model = base.model
+        for name in names:
+            model = model.without(name)
+        without = fit_records(model, records) if names else base
+        before = Search(fit=base, names=names, excess=excess_of(base), given=base.model, base_excess=excess_of(without))
+        return (before if names else None), without
+    return None, base
+
+
+def _count(
+    more: Search, new: Sequence[Evidence], found: Search, base: Fit, whole: Sequence[Record], held: Sequence[Record]
+) -> bool:
+    """Whether names beside those found are effects of their own, and not how the forms of these depart; `base` is the
+    fit without any."""
+    return _gap_remains_on(whole, found, base) or _closes_the_rest(more, found, held) or _are_sure(new)
 
 
 def _share_again(whole: Sequence[Record], model: Model) -> list[Record]:

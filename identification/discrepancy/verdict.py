@@ -47,6 +47,7 @@ class SearchResult:
     quiet: Sequence[Record]
     only_held_out: bool = False  # the held-out runs show a gap of the base, the fitted ones do not
     within: Search | None = None  # what a search beside the names found within the tolerance of their forms
+    before: Search | None = None  # what an earlier search had named in the base, where it had
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -155,10 +156,16 @@ def test_is_worthwhile(judged: Judgement, runs: int) -> bool:
 
 def _verdict(result: SearchResult, held: Gaps) -> Verdict:
     if not result.names:
-        gap = is_seen(result.found.excess, result.quiet)
+        gap = is_seen(result.found.excess, result.quiet) and not _within_forms(result)
         return Verdict.UNKNOWN_EFFECT if gap or result.only_held_out else Verdict.NO_DISCREPANCY
     left = result.within is not None or _left_over(result.found, result.hum, result.quiet) or not _carries_over(held)
     return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
+
+
+def _within_forms(result: SearchResult) -> bool:
+    """Whether what stays without a new name is what the forms of names of an earlier search may leave."""
+    before = result.before
+    return before is not None and result.within is None and not _left_over(before, result.hum, result.quiet)
 
 
 def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> bool:
@@ -228,9 +235,10 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
     """What stays on the training runs, in words."""
     found, records = result.found, result.quiet
     size = _beyond_noise(found.fit, records)
-    if verdict == Verdict.NO_DISCREPANCY or (verdict == Verdict.EXPLAINED and size < noise_floor):
+    seen = verdict == Verdict.NO_DISCREPANCY and is_seen(found.excess, records)  # though the forms allow it
+    if (verdict == Verdict.NO_DISCREPANCY and not seen) or (verdict == Verdict.EXPLAINED and size < noise_floor):
         return ""
-    if verdict == Verdict.EXPLAINED:
+    if verdict == Verdict.EXPLAINED or seen:
         return f"{size:.3g} N rms stays, within the tolerance of the canonical forms"
     if verdict == Verdict.PARTLY_EXPLAINED and size < CHANCE.near_floor * noise_floor:
         return f"on the fitted runs the named effects leave {size:.3g} N rms beyond the noise"

@@ -37,12 +37,14 @@ class Parameter:
 class Element:
     """One element of the catalogue; every parameter of its row has a value within physical bounds.
 
-    Its `id` tells it from others of the same name in a model: the name, or the name, "#" and a label.
+    Its `id` tells it from others of the same name in a model: the name, or the name, "#" and a label. `named` says that
+    a search for missing effects has added it: a real effect may depart from its form by the tolerance of that search.
     """
 
     name: str
     parameters: tuple[Parameter, ...]
     id: str = ""  # where left out: the name
+    named: bool = False
 
     def __post_init__(self) -> None:
         if self.name not in CATALOGUE:
@@ -257,7 +259,7 @@ class Model:
         elements, i = [], 0
         for e in self.elements:
             n = len(e.parameters)
-            elements.append(Element(e.name, tuple(change(p, i + k) for k, p in enumerate(e.parameters)), e.id))
+            elements.append(replace(e, parameters=tuple(change(p, i + k) for k, p in enumerate(e.parameters))))
             i += n
         return replace(self, elements=tuple(elements))
 

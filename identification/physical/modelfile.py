@@ -65,12 +65,15 @@ def _element(where: str, path: str, item: Json) -> Element:
         raise ModelError(f"{where}: element '{name}' is not in the catalogue: use one of {', '.join(CATALOGUE)}")
     if spec.path != path:
         raise ModelError(f"{where}: '{name}' belongs to {spec.path}, not to {path}: move it there")
-    extra = set(item) - {"element", "id", "parameters"}
+    extra = set(item) - {"element", "id", "named", "parameters"}
     if extra:
-        raise ModelError(f"{where}.{min(extra)} is unknown: an element has 'element', 'parameters' and perhaps 'id'")
+        raise ModelError(f"{where}.{min(extra)} is unknown: an element has 'element', 'parameters', 'id' and 'named'")
     own_id = item.get("id", name)
     if not isinstance(own_id, str) or not own_id:
         raise ModelError(f"{where}.id is {shown(own_id)}: it must be '{name}' or '{name}#label'")
+    named = item.get("named", False)
+    if not isinstance(named, bool):
+        raise ModelError(f"{where}.named is {shown(named)}: it must be true or false")
     given = item.get("parameters", {})
     if not isinstance(given, Mapping):
         raise ModelError(f"{where}.parameters is {type_of(given)}: it must be an object")
@@ -80,7 +83,7 @@ def _element(where: str, path: str, item: Json) -> Element:
             f"{where}: '{name}' has no parameter '{min(unknown)}': it has {', '.join(p.name for p in spec.parameters)}"
         )
     try:
-        return Element(name, tuple(_parameters(spec, given)), own_id)
+        return Element(name, tuple(_parameters(spec, given)), own_id, named)
     except ModelError as error:
         raise ModelError(f"{where}: {error}") from error
 
@@ -138,6 +141,7 @@ def model_to_json(model: Model) -> dict[str, Json]:
                 {
                     "element": e.name,
                     **({"id": e.id} if e.id in ids else {}),
+                    **({"named": True} if e.named else {}),
                     "parameters": {
                         spec.name: _parameter_json(p)
                         for spec, p in zip(e.spec.parameters, e.parameters, strict=True)
