@@ -60,6 +60,8 @@ def with_past(motion: Motion, signal: str, series: Floats, before: Floats) -> Fl
 
 def velocity_before(motion: Motion, ahead: int) -> Floats:
     """The velocity of the `ahead` samples before a motion, m/s; a motion that begins at rest was at rest."""
+    if not ahead:
+        return np.zeros(0)
     if motion.period:
         return np.asarray(motion.v[np.arange(-ahead, 0) % motion.period])
     v = _finite(motion.v)

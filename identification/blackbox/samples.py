@@ -79,12 +79,13 @@ class Samples:
         return np.asarray(self.begin + np.maximum(within // horizon, 0) * horizon)
 
 
-def samples_of(courses: Sequence[Course], structure: Structure, scales: Scales) -> Samples:
+def samples_of(courses: Sequence[Course], structure: Structure, scales: Scales, *, begun: bool = False) -> Samples:
     """The rows of some runs for a network: its longest delay and `LEAD` samples come before every run.
 
-    Of a run whose first samples do not count those are part of the lead.
+    Of a run whose first samples do not count those are part of the lead. With `begun` nothing comes before, and the
+    force of as many samples as the longest delay is given as it was measured.
     """
-    parts = [_rows(course, structure, scales) for course in courses]
+    parts = [_rows(course, structure, scales, begun=begun) for course in courses]
     starts = np.cumsum([0, *(force.size for _, force, _ in parts[:-1])])
     begin = [np.full(force.size, start + structure.longest) for (_, force, _), start in zip(parts, starts, strict=True)]
     return Samples(
@@ -95,9 +96,10 @@ def samples_of(courses: Sequence[Course], structure: Structure, scales: Scales) 
     )
 
 
-def _rows(course: Course, structure: Structure, scales: Scales) -> tuple[Floats, Floats, Mask]:
+def _rows(course: Course, structure: Structure, scales: Scales, *, begun: bool) -> tuple[Floats, Floats, Mask]:
     """Inputs, force and what counts of one run, with what comes before it."""
-    motion, ahead = course.motion, structure.longest + max(LEAD - int(np.argmax(course.counted)), 0)
+    motion = course.motion
+    ahead = 0 if begun else structure.longest + max(LEAD - int(np.argmax(course.counted)), 0)
     before = velocity_before(motion, ahead)
     signals = {name: with_past(motion, name, course.series(name), before) for name in structure.signals}
     size = course.force.size + ahead
@@ -110,6 +112,7 @@ def _rows(course: Course, structure: Structure, scales: Scales) -> tuple[Floats,
         inputs[: one.delay, k] = column[0]
     force = (course.force - scales[FORCE].centre) / scales[FORCE].size
     force = np.concatenate([np.full(ahead, force[0]), force])
-    force[: structure.longest] = 0.0  # the simulation of a run begins from its mean force
+    if not begun:
+        force[: structure.longest] = 0.0  # the simulation of a run begins from its mean force
     counted = np.concatenate([np.zeros(ahead, dtype=np.bool_), course.counted])
     return inputs, force, counted

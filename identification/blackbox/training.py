@@ -88,7 +88,11 @@ def train_member(
     seed: int,
     stages: Sequence[Stage] = FULL,
 ) -> tuple[Member, Trained]:
-    """One network from one random start, through all stages."""
+    """One network from one random start, through all stages.
+
+    A free run that learns begins from the measured force where it is fed back: nobody knows the motion before a record,
+    and an error of that is none of the network.
+    """
     net, weights = network(structure, scales), first_weights(structure, seed)
     whole = _counted(courses)
     done: tuple[int | None, int] | None = None  # horizon and samples of the stage before
@@ -98,7 +102,7 @@ def train_member(
         if done == (stage.horizon, count):
             continue  # the share was everything
         if done is None or done[1] != count:
-            samples = samples_of(seen, structure, scales)
+            samples = samples_of(seen, structure, scales, begun=bool(structure.fed_back))
         trained = train(
             net,
             weights,
