@@ -13,7 +13,7 @@ from identification.blackbox.band import Band
 from identification.blackbox.layers import Layers, span_of
 from identification.blackbox.memory import remembered
 from identification.blackbox.model import check_rate
-from identification.blackbox.outside import added_outside
+from identification.blackbox.outside import unsupported
 from identification.blackbox.samples import Course, course_along, samples_of
 from identification.blackbox.scaling import Scales
 from identification.blackbox.structure import FORCE, MODEL, Structure
@@ -103,7 +103,7 @@ class LayeredNarx:
         if self.band is None:
             return None
         swings = swing_of(self.force(motion), motion)
-        return self.band.half_width(np.zeros(motion.x.size), level, added_outside(self, motion), swings)
+        return self.band.half_width(np.zeros(motion.x.size), level, unsupported(self, motion, self.band.swing), swings)
 
     def memory(self, course: Course) -> float:
         """How long it remembers its start along a course, s, from the lowest to the highest force; may be infinite."""

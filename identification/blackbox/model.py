@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from identification.blackbox.band import Band
 from identification.blackbox.memory import remembered
 from identification.blackbox.network import network
-from identification.blackbox.outside import added_outside
+from identification.blackbox.outside import unsupported
 from identification.blackbox.samples import Course, course_along, samples_of
 from identification.blackbox.scaling import Scales
 from identification.blackbox.structure import FORCE, MODEL, Structure
@@ -159,7 +159,7 @@ class BlackBox:
         check_rate(self.name, self.dt, motion.dt)
         each = self.each(course_along(motion))
         swings = swing_of(np.median(each, axis=0), motion)
-        return self.band.half_width(np.std(each, axis=0), level, added_outside(self, motion), swings)
+        return self.band.half_width(np.std(each, axis=0), level, unsupported(self, motion, self.band.swing), swings)
 
     def _from_lead(self, member: Member, course: Course, before: float = 0.0) -> Floats:
         """Force of one member over the lead and the course, N, from a scaled force `before`."""

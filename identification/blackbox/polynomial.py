@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from identification.blackbox.band import Band
 from identification.blackbox.memory import remembered
 from identification.blackbox.model import check_rate
-from identification.blackbox.outside import added_outside
+from identification.blackbox.outside import unsupported
 from identification.blackbox.samples import Course, Samples, course_along, samples_of
 from identification.blackbox.scaling import LARGEST, Scales
 from identification.blackbox.structure import FORCE, Structure
@@ -164,7 +164,7 @@ class PolynomialNarx:
         if self.band is None:
             return None
         swings = swing_of(self.force(motion), motion)
-        return self.band.half_width(np.zeros(motion.x.size), level, added_outside(self, motion), swings)
+        return self.band.half_width(np.zeros(motion.x.size), level, unsupported(self, motion, self.band.swing), swings)
 
     def memory(self, course: Course) -> float:
         """How long it remembers its start along a course, s, from the lowest to the highest force; may be infinite."""

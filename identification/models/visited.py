@@ -69,6 +69,10 @@ class Visited:
 
         return np.asarray(cKDTree(self.points).query(_shares(motion, self.limits))[0])
 
+    def beyond(self, motion: Motion) -> Floats:
+        """The same less what a sample of the training itself may have, the diagonal of a cell of `CELL`, (N,)."""
+        return np.asarray(np.maximum(self.distances(motion) - CELL * np.sqrt(len(self.limits)), 0.0))
+
     def described(self, motion: Motion) -> list[str]:
         """A sentence where samples lie far from all of the training: how many, where first, and how far; or none."""
         distances = self.distances(motion)

@@ -6,8 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from identification.blackbox import Identified, Structure, identify, regressors, write_identified
+from identification.blackbox import BlackBox, Identified, Structure, identify, regressors, write_identified
+from identification.blackbox.band import LEVELS
 from identification.blackbox.described import identified_text
 from identification.models import load_model, motion_of, outside_training
 from identification.models.visited import CELL, MOST_POINTS, TOGETHER, visited_in
@@ -63,3 +65,19 @@ def test_no_sample_of_a_training_lies_farther_from_its_points_than_the_diagonal_
     assert visited is not None
     assert len(visited.points) <= min(MOST_POINTS, motion.x.size // 2)
     assert np.max(visited.distances(motion)) <= CELL * np.sqrt(visited.points.shape[1])
+
+
+def test_a_band_widens_with_the_distance_from_all_of_the_training_within_every_range_too() -> None:
+    model = found().model
+    assert isinstance(model, BlackBox)
+    bare = replace(model, visited=None)
+    small, same = motion_of(oscillating(0.01)), motion_of(oscillating(0.02))
+    assert model.half_width(same, 0.9) == pytest.approx(bare.half_width(same, 0.9))
+    wider, before = model.half_width(small, 0.9), bare.half_width(small, 0.9)
+    assert wider is not None
+    assert before is not None
+    assert model.band is not None
+    middle = int(np.argmax(-np.hypot(small.x / 0.02, small.v / (0.04 * np.pi))))  # a quarter of the ranges inside
+    factor = model.band.factors[LEVELS.index(0.9)]
+    assert wider[middle] == pytest.approx(factor * model.band.swing * 0.25, rel=0.2)
+    assert np.all(wider > before)
