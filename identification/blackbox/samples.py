@@ -28,7 +28,8 @@ class Course:
     """One run: its motion, the force (N,) that is learned, N, or zeros, and which of its samples count, (N,).
 
     `model` (N,), N, is the force of the model that a hybrid builds on; the force is then what that leaves. `moving`,
-    (N,), are those that count in the prediction of the fit; None: all that count.
+    (N,), are those that count in the prediction of the fit; None: all that count. `weight` is that of each squared
+    error.
     """
 
     motion: Motion
@@ -36,6 +37,7 @@ class Course:
     counted: Mask
     model: Floats | None = None
     moving: Mask | None = None
+    weight: float = 1.0
 
     def judged(self) -> Course:
         """The same course, of which only the samples count that the prediction of the fit is about."""
@@ -61,12 +63,23 @@ def course_along(motion: Motion, model: Floats | None = None) -> Course:
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """N rows: inputs (N, m) and force (N,), scaled; `begin` is the first simulated sample of the run of each row."""
+    """N rows: inputs (N, m) and force (N,), scaled; `begin` is the first simulated sample of the run of each row.
+
+    `weights` (N,) are those of the squared errors; None: all weigh 1.
+    """
 
     inputs: Floats
     force: Floats
     begin: NDArray[np.int64]
     counted: Mask
+    weights: Floats | None = None
+
+    def alone(self) -> Samples:
+        """The rows that count: a network without feedback needs no other."""
+        rows = np.flatnonzero(self.counted)
+        weights = None if self.weights is None else self.weights[rows]
+        begin, counted = np.zeros(rows.size, dtype=np.int64), np.ones(rows.size, dtype=np.bool_)
+        return Samples(self.inputs[rows], self.force[rows], begin, counted, weights)
 
     def since(self, horizon: int | None) -> NDArray[np.int64]:
         """From which sample on each row feeds the simulated force back: every `horizon` samples from the measured one.
@@ -86,13 +99,16 @@ def samples_of(courses: Sequence[Course], structure: Structure, scales: Scales, 
     force of as many samples as the longest delay is given as it was measured.
     """
     parts = [_rows(course, structure, scales, begun=begun) for course in courses]
-    starts = np.cumsum([0, *(force.size for _, force, _ in parts[:-1])])
+    sizes = [force.size for _, force, _ in parts]
+    weights = [one.weight for one in courses]
+    starts = np.cumsum([0, *sizes[:-1]])
     begin = [np.full(force.size, start + structure.longest) for (_, force, _), start in zip(parts, starts, strict=True)]
     return Samples(
         inputs=np.concatenate([inputs for inputs, _, _ in parts]),
         force=np.concatenate([force for _, force, _ in parts]),
         begin=np.concatenate(begin),
         counted=np.concatenate([counted for _, _, counted in parts]),
+        weights=np.repeat(weights, sizes) if set(weights) != {1.0} else None,
     )
 
 
