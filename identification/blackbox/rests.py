@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.blackbox.past import begins_at_rest
 from identification.blackbox.samples import LEAD, Course
 from identification.models.visited import FAR, TOGETHER, visited_in
 
@@ -41,7 +42,12 @@ _LEAST = 0.1  # of the rms force: passages are no nearer to each other, or a res
 
 
 def rests_of(courses: Sequence[Course]) -> list[Course]:
-    """Rests where some courses that are learned never were: `PLACES` in all at most, or one of each course."""
+    """Rests where some courses that are learned never were: `PLACES` in all at most, or one of each course.
+
+    None where one of them begins at rest: what a rest is has then been measured.
+    """
+    if any(begins_at_rest(one.motion) for one in courses):
+        return []
     each = max(1, PLACES // len(courses))
     rests = [rest for k, one in enumerate(courses) for rest in _of(one, each, k)]
     visited = visited_in([(one.motion, one.counted) for one in courses], TOGETHER)
@@ -53,7 +59,7 @@ def _of(course: Course, count: int, turn: int) -> list[Course]:
     motion = course.motion
     slowing = float(np.std(motion.a))
     low, high = float(np.min(motion.x)), float(np.max(motion.x))
-    if not (slowing > 0.0 and high > low):
+    if not (slowing > 0.0 and high > low and np.ptp(course.force) > 0.0):
         return []
     ends = motion.x + motion.v * np.abs(motion.v) / (2.0 * slowing)
     rests = []

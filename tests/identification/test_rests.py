@@ -37,11 +37,19 @@ def test_a_rest_slows_down_steadily_and_stays_and_its_force_is_the_middle_of_the
         assert np.flatnonzero(rest.counted).tolist() == [x.size - 1]
 
 
-def test_a_training_that_rested_there_learns_what_was_measured_and_no_rest_beside_it() -> None:
+def test_a_training_that_rested_at_a_place_learns_no_rest_there_and_one_that_began_at_rest_none_at_all() -> None:
     rested = sine(rest_s=1.0)
     place = rested.motion.x[-1]
     assert all(abs(one.motion.x[-1] - place) > 0.05 * STROKE_M for one in rests_of([rested]))
-    assert len(rests_of([rested])) < len(rests_of([sine()]))
+    assert 0 < len(rests_of([rested])) < len(rests_of([sine()]))
+    assert rests_of([begun_at_rest()]) == []
+
+
+def begun_at_rest() -> Course:
+    """The sine after a second at its middle."""
+    course, size = sine(), round(RATE_HZ)
+    x, v, force = (np.concatenate([np.zeros(size), one]) for one in (course.motion.x, course.motion.v, course.force))
+    return Course(motion_from(x, RATE_HZ, velocity=v), force, np.ones(x.size, dtype=np.bool_))
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
