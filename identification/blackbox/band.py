@@ -29,8 +29,8 @@ _LEAST_SWING = 1e-12  # N: that of a channel that is frozen
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """Half-width = factor(level)·√(floor²·w + s² + o²): s is the spread of the members at a sample, N, and o what the
-    model adds to its force there because an input lies outside of the training, N (see `outside`).
+    """Half-width = factor(level)·√(floor²·w + s² + o²): s is the spread of the members at a sample, N, and o what no
+    measurement supports of the force there, because the motion leaves the training, N (see `outside`).
 
     w = 1 + growth·(max(f/swing, 1)² − 1) where the force swings by f about its mean there (see `swing`), N: beyond what
     is usual in the training, `swing`, errors grow with it as far as those in cross-validation do.

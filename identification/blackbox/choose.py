@@ -134,7 +134,7 @@ def _squares(
     """Sum of the squared scaled errors on what a fold shows, of how many samples, and of which network."""
     candidate, fold = task
     member, _ = train_member(candidate.structure, scales, fold.learned, decay=candidate.decay, seed=0, stages=stages)
-    return (*errors_on([member], fold.shown, scales, dt), member)
+    return (*errors_on([member], fold.after, scales, dt), member)
 
 
 def errors_on(members: Sequence[Member], shown: Sequence[Course], scales: Scales, dt: float) -> tuple[float, int]:

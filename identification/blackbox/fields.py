@@ -6,9 +6,12 @@ import math
 from collections.abc import Mapping
 from typing import Protocol
 
+import numpy as np
+
 from identification.blackbox.band import LEVELS, Band
 from identification.errors import ModelError
 from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, shown, type_of
+from identification.models.visited import STEPS, TOGETHER, Visited
 
 _LONGEST_NAME = 40  # characters of a signal, a regressor, an axis or an activation
 
@@ -121,3 +124,34 @@ def band_in(data: Json) -> Band | None:
         for name, default in (("floor", None), ("growth", 0.0), ("swing", 1.0))
     )
     return Band(floor, numbers, growth, swing)
+
+
+def visited_to_json(visited: Visited | None) -> dict[str, Json]:
+    """Where a training went as an entry of JSON data, points in thousandths of the range; no entry for None."""
+    if visited is None:
+        return {}
+    points = np.rint(visited.points * STEPS).astype(np.int64).tolist()
+    return {"together": {"limits": {name: list(pair) for name, pair in visited.limits.items()}, "points": points}}
+
+
+def visited_in(data: Json) -> Visited | None:
+    """Where the training went by the file; None where it does not state it; raises ModelError."""
+    if data.get("together") is None:
+        return None
+    given = object_in("together", data["together"])
+    ranges = object_in("together.limits", given.get("limits"))
+    foreign = next((name for name in ranges if name not in TOGETHER), None)
+    if foreign is not None:
+        raise ModelError(f"together.limits names {shown(foreign)}: use {', '.join(TOGETHER)}")
+    limits = {name: _numbers_in(f"together.limits.{name}", one, 2) for name, one in ranges.items()}
+    points = given.get("points")
+    if not isinstance(points, list) or not points:
+        raise ModelError("together.points must be a list of points")
+    rows = [_numbers_in(f"together.points[{k}]", one, len(limits)) for k, one in enumerate(points)]
+    return Visited({name: (one[0], one[1]) for name, one in limits.items()}, np.array(rows) / STEPS)
+
+
+def _numbers_in(where: str, raw: Json, count: int) -> list[float]:
+    if not isinstance(raw, list) or len(raw) != count:
+        raise ModelError(f"{where} must be a list of {count} numbers")
+    return [number_in(f"{where}[{k}]", one) for k, one in enumerate(raw)]

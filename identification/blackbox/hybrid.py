@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from identification.blackbox.model import BlackBox
 from identification.blackbox.modelfile import blackbox_from_json, blackbox_to_json
-from identification.blackbox.outside import added_outside
+from identification.blackbox.outside import unsupported
 from identification.blackbox.samples import course_along
 from identification.blackbox.scaling import LARGEST, MARGIN
 from identification.blackbox.swing import swing_of
@@ -100,7 +100,8 @@ class Hybrid:
         base = self._of_base(motion)
         each = self.rest.each(course_along(motion, base))
         swings = swing_of(base + self.share(motion) * np.median(each, axis=0), motion)
-        return self.rest.band.half_width(np.std(each, axis=0), level, added_outside(self, motion), swings)
+        outside = unsupported(self, motion, self.rest.band.swing)
+        return self.rest.band.half_width(np.std(each, axis=0), level, outside, swings)
 
     def share(self, motion: Motion) -> Floats:
         """The weight w of the network, (N,)."""

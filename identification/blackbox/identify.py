@@ -23,11 +23,11 @@ from identification.blackbox.recipes import NODES, RECIPES
 from identification.blackbox.samples import Course
 from identification.blackbox.structure import Structure
 from identification.blackbox.terms import best_on_all, judge_polynomials, left_out, on_all, within
-from identification.blackbox.unvisited import TOGETHER, unvisited
 from identification.compute.blas import one_blas_thread
 from identification.models.band import covered, half_width_of
 from identification.models.measures import score_signals
 from identification.models.simulation import checked_motion, for_every_sample, name_of, outside_training, simulate_run
+from identification.models.visited import TOGETHER, visited_in
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -161,6 +161,7 @@ def _figures(
     trained = 100.0 * (1.0 - float(np.linalg.norm(left)) / size)
     coverage = coverage_of(parts)
     memory = max(model.memory(one) for one in courses)
+    seen = [name for name in TOGETHER if name in model.scales]
     facts = {
         **model.facts,
         "fit_predicted": predicted,
@@ -171,7 +172,12 @@ def _figures(
     if courses[0].model is not None:
         facts["share_of_base"] = 1.0 - float(np.linalg.norm(rest - rest.mean()) / size) ** 2
     return Identified(
-        model=replace(model, facts=facts, band=band_of(parts)),
+        model=replace(
+            model,
+            facts=facts,
+            band=band_of(parts),
+            visited=visited_in([(one.motion, one.counted) for one in courses], seen),
+        ),
         judged=tuple(judged),
         predicted=predicted,
         trained=trained,
@@ -192,8 +198,6 @@ def _shown(found: Identified, taken: Given) -> Identified:
     if not taken.held_out:
         return found
     shown, reached, beyond = {}, {}, list[str]()
-    known = found.model.training_range
-    signals = [one for one in TOGETHER if known is not None and one in known.limits]
     for one in taken.held_out:
         motion, force = checked_motion(found.model, one), simulate_run(found.model, one)
         half = half_width_of(found.model, motion)
@@ -201,7 +205,6 @@ def _shown(found: Identified, taken: Given) -> Identified:
         shown[name_of(one)] = score_signals(one.channels["force"], force).fit
         reached[name_of(one)] = covered(one.channels["force"], force, for_every_sample(half, motion, one))
         beyond += outside_training(found.model, one)
-        beyond += [f"{name_of(one)}: {sentence}" for sentence in unvisited(taken.courses, motion, signals)]
     facts = {
         **found.model.facts,
         "fit_held_out": float(np.mean(list(shown.values()))),

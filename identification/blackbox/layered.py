@@ -13,7 +13,7 @@ from identification.blackbox.band import Band
 from identification.blackbox.layers import Layers, span_of
 from identification.blackbox.memory import remembered
 from identification.blackbox.model import check_rate
-from identification.blackbox.outside import added_outside
+from identification.blackbox.outside import unsupported
 from identification.blackbox.samples import Course, course_along, samples_of
 from identification.blackbox.scaling import Scales
 from identification.blackbox.structure import FORCE, MODEL, Structure
@@ -22,6 +22,7 @@ from identification.errors import ModelError
 from identification.models.inputs import MEASURED
 from identification.models.motion import Motion
 from identification.models.protocol import TrainingRange
+from identification.models.visited import Visited
 
 Floats = NDArray[np.float64]
 
@@ -43,6 +44,7 @@ class LayeredNarx:
     measured: tuple[str, ...] = ()
     facts: Mapping[str, float] = field(default_factory=dict)
     band: Band | None = None
+    visited: Visited | None = None
 
     def __post_init__(self) -> None:
         size = self.layers.size(len(self.structure.regressors))
@@ -72,8 +74,9 @@ class LayeredNarx:
 
     @property
     def training_range(self) -> TrainingRange | None:
-        """The range of each signal that it sees."""
-        return TrainingRange({name: (self.scales[name].low, self.scales[name].high) for name in self.structure.signals})
+        """The range of each signal that it sees, and where they went together."""
+        limits = {name: (self.scales[name].low, self.scales[name].high) for name in self.structure.signals}
+        return TrainingRange(limits, self.visited)
 
     def names(self) -> Sequence[str]:
         """A name for each weight."""
@@ -100,7 +103,7 @@ class LayeredNarx:
         if self.band is None:
             return None
         swings = swing_of(self.force(motion), motion)
-        return self.band.half_width(np.zeros(motion.x.size), level, added_outside(self, motion), swings)
+        return self.band.half_width(np.zeros(motion.x.size), level, unsupported(self, motion, self.band.swing), swings)
 
     def memory(self, course: Course) -> float:
         """How long it remembers its start along a course, s, from the lowest to the highest force; may be infinite."""

@@ -14,6 +14,8 @@ from identification.blackbox.fields import (
     interval_in,
     names_in,
     object_in,
+    visited_in,
+    visited_to_json,
 )
 from identification.blackbox.layered import LayeredNarx
 from identification.blackbox.layers import MOST_LAYERS, Layers
@@ -37,6 +39,7 @@ def layered_to_json(model: LayeredNarx) -> dict[str, Json]:
         "layers": [{"weights": matrix.tolist(), "biases": bias.tolist()} for matrix, bias in parts],
         "facts": facts_to_json(model.facts),
         **band_to_json(model.band),
+        **visited_to_json(model.visited),
     }
 
 
@@ -70,6 +73,7 @@ def layered_from_json(data: Json) -> LayeredNarx:
         measured=tuple(names_in("measured", data.get("measured", []))),
         facts=facts_in(data),
         band=band_in(data),
+        visited=visited_in(data),
     )
 
 

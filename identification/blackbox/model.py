@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from identification.blackbox.band import Band
 from identification.blackbox.memory import remembered
 from identification.blackbox.network import network
-from identification.blackbox.outside import added_outside
+from identification.blackbox.outside import unsupported
 from identification.blackbox.samples import Course, course_along, samples_of
 from identification.blackbox.scaling import Scales
 from identification.blackbox.structure import FORCE, MODEL, Structure
@@ -22,6 +22,7 @@ from identification.errors import ModelError, SimulationError
 from identification.models.inputs import MEASURED
 from identification.models.motion import Motion
 from identification.models.protocol import TrainingRange
+from identification.models.visited import Visited
 
 if TYPE_CHECKING:
     from identification.blackbox.stepping import BlackBoxStepper
@@ -59,7 +60,8 @@ class BlackBox:
 
     `scales` holds a scale for the force and for every signal that a member sees. `measured` are those signals that were
     measured in its training, although they could be derived from the displacement. `facts` are figures of its
-    identification, for the reader of its file. `band` is None where it was not calibrated.
+    identification, for the reader of its file. `band` is None where it was not calibrated, `visited` where nothing
+    states which combinations of signals the training had.
     """
 
     name: str
@@ -70,6 +72,7 @@ class BlackBox:
     measured: tuple[str, ...] = ()
     facts: Mapping[str, float] = field(default_factory=dict)
     band: Band | None = None
+    visited: Visited | None = None
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.dt) and self.dt > 0.0):
@@ -98,9 +101,10 @@ class BlackBox:
 
     @property
     def training_range(self) -> TrainingRange | None:
-        """The range of each signal that it sees."""
+        """The range of each signal that it sees, and where they went together."""
         known = [name for name in self.signals if name != MODEL]
-        return TrainingRange({name: (self.scales[name].low, self.scales[name].high) for name in known})
+        limits = {name: (self.scales[name].low, self.scales[name].high) for name in known}
+        return TrainingRange(limits, self.visited)
 
     def names(self) -> Sequence[str]:
         """A name for each weight."""
@@ -155,7 +159,7 @@ class BlackBox:
         check_rate(self.name, self.dt, motion.dt)
         each = self.each(course_along(motion))
         swings = swing_of(np.median(each, axis=0), motion)
-        return self.band.half_width(np.std(each, axis=0), level, added_outside(self, motion), swings)
+        return self.band.half_width(np.std(each, axis=0), level, unsupported(self, motion, self.band.swing), swings)
 
     def _from_lead(self, member: Member, course: Course, before: float = 0.0) -> Floats:
         """Force of one member over the lead and the course, N, from a scaled force `before`."""

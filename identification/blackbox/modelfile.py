@@ -15,6 +15,8 @@ from identification.blackbox.fields import (
     names_in,
     number_in,
     object_in,
+    visited_in,
+    visited_to_json,
     weight_in,
 )
 from identification.blackbox.model import BlackBox, Member
@@ -53,6 +55,7 @@ def blackbox_from_json(data: Json) -> BlackBox:
         measured=tuple(names_in("measured", data.get("measured", []))),
         facts=facts_in(data),
         band=band_in(data),
+        visited=visited_in(data),
     )
 
 
@@ -65,6 +68,7 @@ def blackbox_to_json(model: BlackBox) -> dict[str, Json]:
         "members": [member_to_json(member) for member in model.members],
         "facts": facts_to_json(model.facts),
         **band_to_json(model.band),
+        **visited_to_json(model.visited),
     }
 
 

@@ -23,7 +23,7 @@ ROWS_FOR_EACH_WEIGHT = 8
 
 @dataclass(frozen=True, slots=True)
 class Sums:
-    """Of the residuals e (N,) and their gradient J (N, P), over the samples that count: Σe², JᵀJ and Jᵀe.
+    """Of the residuals e (N,) and their gradient J (N, P), over the samples that count: Σe², JᵀJ and Jᵀe, weighted.
 
     JᵀJ of many samples is that of every k-th of them, times k.
     """
@@ -77,6 +77,9 @@ class Network:
             counted = samples.counted[first:last]
             taken = block[most:] if counted.all() else block[most:][counted]
             error = (samples.force[first:last] - force[first:last])[counted]
+            if samples.weights is not None:
+                root = np.sqrt(samples.weights[first:last][counted])
+                taken, error = root[:, None] * taken, root * error
             some = np.ascontiguousarray(taken[::every])
             gram += some.T @ some
             slope += taken.T @ error
@@ -87,7 +90,7 @@ class Network:
         """Σe² of the simulated force over the samples that count."""
         force = self.simulate(weights, samples, horizon)
         error = (samples.force - force)[samples.counted]
-        return float(error @ error)
+        return float(error @ error if samples.weights is None else error**2 @ samples.weights[samples.counted])
 
     def prepared(self, weights: Floats, samples: Samples, horizon: int | None) -> Prepared:
         """The loops with all that they take."""

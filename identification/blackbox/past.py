@@ -60,12 +60,14 @@ def with_past(motion: Motion, signal: str, series: Floats, before: Floats) -> Fl
 
 def velocity_before(motion: Motion, ahead: int) -> Floats:
     """The velocity of the `ahead` samples before a motion, m/s; a motion that begins at rest was at rest."""
+    if not ahead:
+        return np.zeros(0)
     if motion.period:
         return np.asarray(motion.v[np.arange(-ahead, 0) % motion.period])
+    if begins_at_rest(motion):
+        return np.zeros(ahead)
     v = _finite(motion.v)
     cycle = _cycle(v)
-    if np.max(np.abs(v[: max(1, int(_BEGINS * cycle))])) < _AT_REST * np.std(v):
-        return np.zeros(ahead)
     size = max(1, int(cycle / _A_CYCLE))
     most, before = _FASTER * float(np.max(np.abs(v))), np.zeros(ahead)
     for first in (size * count for count in _LEFT_OUT if size * count < v.size):
@@ -73,6 +75,12 @@ def velocity_before(motion: Motion, ahead: int) -> Floats:
         if np.max(np.abs(before), initial=0.0) <= most:
             break
     return before
+
+
+def begins_at_rest(motion: Motion) -> bool:
+    """Whether a motion rests for the first tenth of a cycle: then it was at rest before it."""
+    v = _finite(motion.v)
+    return bool(np.max(np.abs(v[: max(1, int(_BEGINS * _cycle(v)))])) < _AT_REST * np.std(v))
 
 
 def predicted_backwards(series: Floats, count: int, size: int = 1) -> Floats:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from identification.blackbox.band import Band
 from identification.blackbox.memory import remembered
 from identification.blackbox.model import check_rate
-from identification.blackbox.outside import added_outside
+from identification.blackbox.outside import unsupported
 from identification.blackbox.samples import Course, Samples, course_along, samples_of
 from identification.blackbox.scaling import LARGEST, Scales
 from identification.blackbox.structure import FORCE, Structure
@@ -21,6 +21,7 @@ from identification.blackbox.swing import swing_of
 from identification.errors import ModelError
 from identification.models.motion import Motion
 from identification.models.protocol import TrainingRange
+from identification.models.visited import Visited
 
 if TYPE_CHECKING:
     from identification.blackbox.stepping import BlackBoxStepper
@@ -97,6 +98,7 @@ class PolynomialNarx:
     coefficients: Floats = field(compare=False)
     facts: Mapping[str, float] = field(default_factory=dict)
     band: Band | None = None
+    visited: Visited | None = None
     steps: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
@@ -126,8 +128,9 @@ class PolynomialNarx:
 
     @property
     def training_range(self) -> TrainingRange | None:
-        """The range of each signal that it sees."""
-        return TrainingRange({name: (self.scales[name].low, self.scales[name].high) for name in self.structure.signals})
+        """The range of each signal that it sees, and where they went together."""
+        limits = {name: (self.scales[name].low, self.scales[name].high) for name in self.structure.signals}
+        return TrainingRange(limits, self.visited)
 
     def names(self) -> Sequence[str]:
         """The terms, such as `F1·v0²` written as `F1·v0·v0`."""
@@ -161,7 +164,7 @@ class PolynomialNarx:
         if self.band is None:
             return None
         swings = swing_of(self.force(motion), motion)
-        return self.band.half_width(np.zeros(motion.x.size), level, added_outside(self, motion), swings)
+        return self.band.half_width(np.zeros(motion.x.size), level, unsupported(self, motion, self.band.swing), swings)
 
     def memory(self, course: Course) -> float:
         """How long it remembers its start along a course, s, from the lowest to the highest force; may be infinite."""

@@ -14,6 +14,8 @@ from identification.blackbox.fields import (
     names_in,
     number_in,
     object_in,
+    visited_in,
+    visited_to_json,
     weight_in,
 )
 from identification.blackbox.modelfile import scales_from_json, scales_to_json
@@ -39,6 +41,7 @@ def polynomial_to_json(model: PolynomialNarx) -> dict[str, Json]:
         **({} if model.steps is None else {"steps": list(model.steps)}),
         "facts": facts_to_json(model.facts),
         **band_to_json(model.band),
+        **visited_to_json(model.visited),
     }
 
 
@@ -64,6 +67,7 @@ def polynomial_from_json(data: Json) -> PolynomialNarx:
         ),
         facts=facts_in(data),
         band=band_in(data),
+        visited=visited_in(data),
         steps=_steps(data.get("steps")),
     )
 

@@ -28,7 +28,8 @@ class Course:
     """One run: its motion, the force (N,) that is learned, N, or zeros, and which of its samples count, (N,).
 
     `model` (N,), N, is the force of the model that a hybrid builds on; the force is then what that leaves. `moving`,
-    (N,), are those that count in the prediction of the fit; None: all that count.
+    (N,), are those that count in the prediction of the fit; None: all that count. `weight` is that of each squared
+    error.
     """
 
     motion: Motion
@@ -36,6 +37,7 @@ class Course:
     counted: Mask
     model: Floats | None = None
     moving: Mask | None = None
+    weight: float = 1.0
 
     def judged(self) -> Course:
         """The same course, of which only the samples count that the prediction of the fit is about."""
@@ -61,12 +63,23 @@ def course_along(motion: Motion, model: Floats | None = None) -> Course:
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """N rows: inputs (N, m) and force (N,), scaled; `begin` is the first simulated sample of the run of each row."""
+    """N rows: inputs (N, m) and force (N,), scaled; `begin` is the first simulated sample of the run of each row.
+
+    `weights` (N,) are those of the squared errors; None: all weigh 1.
+    """
 
     inputs: Floats
     force: Floats
     begin: NDArray[np.int64]
     counted: Mask
+    weights: Floats | None = None
+
+    def alone(self) -> Samples:
+        """The rows that count: a network without feedback needs no other."""
+        rows = np.flatnonzero(self.counted)
+        weights = None if self.weights is None else self.weights[rows]
+        begin, counted = np.zeros(rows.size, dtype=np.int64), np.ones(rows.size, dtype=np.bool_)
+        return Samples(self.inputs[rows], self.force[rows], begin, counted, weights)
 
     def since(self, horizon: int | None) -> NDArray[np.int64]:
         """From which sample on each row feeds the simulated force back: every `horizon` samples from the measured one.
@@ -79,25 +92,30 @@ class Samples:
         return np.asarray(self.begin + np.maximum(within // horizon, 0) * horizon)
 
 
-def samples_of(courses: Sequence[Course], structure: Structure, scales: Scales) -> Samples:
+def samples_of(courses: Sequence[Course], structure: Structure, scales: Scales, *, begun: bool = False) -> Samples:
     """The rows of some runs for a network: its longest delay and `LEAD` samples come before every run.
 
-    Of a run whose first samples do not count those are part of the lead.
+    Of a run whose first samples do not count those are part of the lead. With `begun` nothing comes before, and the
+    force of as many samples as the longest delay is given as it was measured.
     """
-    parts = [_rows(course, structure, scales) for course in courses]
-    starts = np.cumsum([0, *(force.size for _, force, _ in parts[:-1])])
+    parts = [_rows(course, structure, scales, begun=begun) for course in courses]
+    sizes = [force.size for _, force, _ in parts]
+    weights = [one.weight for one in courses]
+    starts = np.cumsum([0, *sizes[:-1]])
     begin = [np.full(force.size, start + structure.longest) for (_, force, _), start in zip(parts, starts, strict=True)]
     return Samples(
         inputs=np.concatenate([inputs for inputs, _, _ in parts]),
         force=np.concatenate([force for _, force, _ in parts]),
         begin=np.concatenate(begin),
         counted=np.concatenate([counted for _, _, counted in parts]),
+        weights=np.repeat(weights, sizes) if set(weights) != {1.0} else None,
     )
 
 
-def _rows(course: Course, structure: Structure, scales: Scales) -> tuple[Floats, Floats, Mask]:
+def _rows(course: Course, structure: Structure, scales: Scales, *, begun: bool) -> tuple[Floats, Floats, Mask]:
     """Inputs, force and what counts of one run, with what comes before it."""
-    motion, ahead = course.motion, structure.longest + max(LEAD - int(np.argmax(course.counted)), 0)
+    motion = course.motion
+    ahead = 0 if begun else structure.longest + max(LEAD - int(np.argmax(course.counted)), 0)
     before = velocity_before(motion, ahead)
     signals = {name: with_past(motion, name, course.series(name), before) for name in structure.signals}
     size = course.force.size + ahead
@@ -110,6 +128,7 @@ def _rows(course: Course, structure: Structure, scales: Scales) -> tuple[Floats,
         inputs[: one.delay, k] = column[0]
     force = (course.force - scales[FORCE].centre) / scales[FORCE].size
     force = np.concatenate([np.full(ahead, force[0]), force])
-    force[: structure.longest] = 0.0  # the simulation of a run begins from its mean force
+    if not begun:
+        force[: structure.longest] = 0.0  # the simulation of a run begins from its mean force
     counted = np.concatenate([np.zeros(ahead, dtype=np.bool_), course.counted])
     return inputs, force, counted

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.blackbox.folds import stretch_of
-from identification.blackbox.samples import LEAD, Course
+from identification.blackbox.folds import stretch_after
+from identification.blackbox.samples import Course
 
 Floats = NDArray[np.float64]
 
@@ -50,13 +49,7 @@ def _stretches(course: Course) -> list[Course]:
     if count == 1:
         return [course]
     ends = np.linspace(0, size, count + 1).astype(np.int64)
-    return [_stretch(course, int(first), int(last)) for first, last in pairwise(ends)]
-
-
-def _stretch(course: Course, first: int, last: int) -> Course:
-    before = max(first - LEAD, 0)
-    part = stretch_of(course, before, last)
-    return replace(part, counted=part.counted & (np.arange(before, last) >= first))
+    return [stretch_after(course, int(first), int(last)) for first, last in pairwise(ends)]
 
 
 def _visits(parts: Sequence[Course]) -> Floats:

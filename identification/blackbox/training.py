@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from identification.blackbox.levenberg import Trained, train
 from identification.blackbox.model import Member
 from identification.blackbox.network import network
-from identification.blackbox.samples import Course, samples_of
+from identification.blackbox.rests import rests_of
+from identification.blackbox.samples import Course, Samples, samples_of
 from identification.blackbox.scaling import Scales, scale_of
 from identification.blackbox.share import fair_share
 from identification.blackbox.structure import FORCE, Structure
@@ -88,7 +89,11 @@ def train_member(
     seed: int,
     stages: Sequence[Stage] = FULL,
 ) -> tuple[Member, Trained]:
-    """One network from one random start, through all stages."""
+    """One network from one random start, through all stages.
+
+    A free run that learns begins from the measured force where it is fed back: nobody knows the motion before a record,
+    and an error of that is none of the network.
+    """
     net, weights = network(structure, scales), first_weights(structure, seed)
     whole = _counted(courses)
     done: tuple[int | None, int] | None = None  # horizon and samples of the stage before
@@ -98,7 +103,7 @@ def train_member(
         if done == (stage.horizon, count):
             continue  # the share was everything
         if done is None or done[1] != count:
-            samples = samples_of(seen, structure, scales)
+            samples = _samples(seen, structure, scales)
         trained = train(
             net,
             weights,
@@ -110,6 +115,14 @@ def train_member(
         )
         weights, done = trained.weights, (stage.horizon, count)
     return Member(structure, weights), trained
+
+
+def _samples(courses: Sequence[Course], structure: Structure, scales: Scales) -> Samples:
+    """The samples that a network learns; without feedback rests too, but of a linear model or of what a base leaves."""
+    if structure.fed_back:
+        return samples_of(courses, structure, scales, begun=True)
+    rests = rests_of(courses) if structure.nodes and courses[0].model is None else []
+    return samples_of([*courses, *rests], structure, scales).alone()
 
 
 def _joined(stages: Sequence[Stage]) -> list[Stage]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from identification.errors import ModelError
 from identification.models.motion import Motion
+from identification.models.visited import Visited
 from identification.signals import SIGNALS, UNITS
 from rigctl.runfile import Run
 
@@ -20,9 +21,13 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class TrainingRange:
-    """Lowest and highest value of each signal in the training of a model, SI, temperature in °C."""
+    """Lowest and highest value of each signal in the training of a model, SI, temperature in °C.
+
+    `together` says where some of them went together; None: nothing states it.
+    """
 
     limits: Mapping[str, tuple[float, float]]
+    together: Visited | None = None
 
     def __post_init__(self) -> None:
         for signal, (low, high) in self.limits.items():
@@ -52,7 +57,10 @@ class TrainingRange:
         return replace(motion, **cut)
 
     def described(self, motion: Motion) -> list[str]:
-        """A sentence for each signal of a motion that leaves its range: how often, where first, and how far."""
+        """A sentence for each signal of a motion that leaves its range, and one where their combination is new.
+
+        They say how often, where first, and how far.
+        """
         sentences = []
         for signal, share in self.left(motion).items():
             low, high = self.limits[signal]
@@ -64,7 +72,7 @@ class TrainingRange:
                 f"samples, first at {first * motion.dt:.4g} s, farthest at {far * motion.dt:.4g} s with "
                 f"{series[far]:.4g} {unit}, {beyond[far]:.2g} {unit} beyond"
             )
-        return sentences
+        return sentences if self.together is None else [*sentences, *self.together.described(motion)]
 
 
 class SimulationModel(Protocol):

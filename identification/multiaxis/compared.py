@@ -84,7 +84,7 @@ class MainForceOnRun(MainForce):
     @property
     def training_range(self) -> TrainingRange | None:
         """What of the run lies outside, by axis."""
-        return _Outside({}, self.model.outside(self.run))
+        return _Outside({}, None, self.model.outside(self.run))
 
     def force(self, motion: Motion) -> Floats:
         """Force along the run, (N,), N; raises SimulationError where its rate is not that of the training."""

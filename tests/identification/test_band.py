@@ -98,7 +98,7 @@ def test_whole_currents_between_the_lowest_and_the_highest_are_left_out(each: in
         learned, shown = ({float(one.motion.i[0]) for one in part} for part in (fold.learned, fold.shown))
         assert not learned & shown - {0.0, 0.3 * 4}
         assert learned >= {0.0, 0.3 * 4}
-    shown_samples = sum(one.force.size for fold in folds for one in fold.shown)
+    shown_samples = sum(int(one.counted.sum()) for fold in folds for one in fold.shown)
     assert shown_samples == sum(run.samples for run in runs)
 
 

@@ -172,7 +172,8 @@ def test_a_run_that_begins_just_after_a_reversal_is_right_from_its_first_sample(
 def test_every_sample_of_a_run_is_learned_and_the_fit_is_predicted_for_those_in_motion() -> None:
     course = course_of(hysteretic(11, 700, rest_s=0.5), ())
     assert course.counted.all()
-    shown = np.concatenate([part.judged().counted for fold in folds_of([course]) for part in fold.shown])
+    parts = [part for fold in folds_of([course]) for part in fold.shown]
+    shown = np.concatenate([part.judged().counted[part.counted] for part in parts])
     learned = [part.counted for fold in folds_of([course]) for part in fold.learned]
     assert not shown[:80].any()
     assert not shown[-80:].any()

@@ -55,6 +55,11 @@ BAND = {
     "factors": [0.5, 0.7, 0.9, 1.1, 1.3, 1.6, 2.0, 2.4, 3.0],
 }
 
+TOGETHER = {
+    "limits": {"displacement": [-0.01, 0.01], "velocity": [-0.1, 0.1]},
+    "points": [[0, 500], [250, 1000], [500, 500]],
+}
+
 
 def layered() -> LayeredNarx:
     structure, layers = Structure(regressors("F1 v0 i0"), 0), Layers((3, 2))
@@ -92,6 +97,7 @@ def files() -> Mapping[str, Json]:
     found["hybrid"]["rest"]["members"] = found["hybrid"]["rest"]["members"][:1]
     for kind in ("nnoe", "polynomial", "layered"):
         found[kind]["band"] = {**BAND, "levels": list(LEVELS)}
+        found[kind]["together"] = deepcopy(TOGETHER)
     return found
 
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pytest
 
-from identification.blackbox import Identified, Structure, identify, regressors
+from identification.blackbox import BlackBox, Identified, Structure, identify, regressors, write_identified
+from identification.blackbox.band import LEVELS
 from identification.blackbox.described import identified_text
-from identification.blackbox.preparation import course_of
-from identification.blackbox.unvisited import unvisited
-from identification.models import motion_of
+from identification.models import load_model, motion_of, outside_training
+from identification.models.visited import CELL, MOST_POINTS, TOGETHER, visited_in
 from rigctl.runfile import Run, with_channel
 from tests.identification.hysteretic import RATE_HZ, hysteretic
 
@@ -40,6 +42,42 @@ def test_a_reversal_where_the_training_has_none_is_told_with_its_time() -> None:
     x = run.channels["displacement"].copy()
     x[420:460] = x[420] + np.minimum(np.arange(40), 39 - np.arange(40)) * 1e-5  # it rests between its ends
     rested = with_channel(run, "displacement", x, "m")
-    (told,) = unvisited([course_of(run, ())], motion_of(rested), ("displacement", "velocity", "current"))
+    motion = motion_of(run)
+    visited = visited_in([(motion, np.ones(motion.x.size, dtype=np.bool_))], TOGETHER)
+    assert visited is not None
+    (told,) = visited.described(motion_of(rested))
     assert TOLD in told  # the current does not vary
     assert "first at 2.1" in told
+
+
+def test_the_file_of_a_model_tells_what_was_told_when_it_was_identified(tmp_path: Path) -> None:
+    small = replace(oscillating(0.01), run_id="small")
+    result = found(small)
+    write_identified(tmp_path / "model.json", result.model)
+    told = [line for line in outside_training(load_model(tmp_path / "model.json"), small) if TOLD in line]
+    assert told == [line for line in result.beyond if TOLD in line]
+    assert "farthest at" in told[0]
+
+
+def test_no_sample_of_a_training_lies_farther_from_its_points_than_the_diagonal_of_a_cell() -> None:
+    motion = motion_of(hysteretic(1, 4000))
+    visited = visited_in([(motion, np.ones(motion.x.size, dtype=np.bool_))], TOGETHER)
+    assert visited is not None
+    assert len(visited.points) <= min(MOST_POINTS, motion.x.size // 2)
+    assert np.max(visited.distances(motion)) <= CELL * np.sqrt(visited.points.shape[1])
+
+
+def test_a_band_widens_with_the_distance_from_all_of_the_training_within_every_range_too() -> None:
+    model = found().model
+    assert isinstance(model, BlackBox)
+    bare = replace(model, visited=None)
+    small, same = motion_of(oscillating(0.01)), motion_of(oscillating(0.02))
+    assert model.half_width(same, 0.9) == pytest.approx(bare.half_width(same, 0.9))
+    wider, before = model.half_width(small, 0.9), bare.half_width(small, 0.9)
+    assert wider is not None
+    assert before is not None
+    assert model.band is not None
+    middle = int(np.argmax(-np.hypot(small.x / 0.02, small.v / (0.04 * np.pi))))  # a quarter of the ranges inside
+    factor = model.band.factors[LEVELS.index(0.9)]
+    assert wider[middle] == pytest.approx(factor * model.band.swing * 0.25, rel=0.2)
+    assert np.all(wider > before)
