@@ -371,13 +371,13 @@ def allowance(best: Trial, other: Trial) -> float:
     """Whitened energy by which another may fit worse than the best and still be as likely the cause.
 
     Friction that falls with speed is the likelier cause where it leaves half of what friction without a fall leaves:
-    how friction builds up, in which the forms of friction differ, is free in both. So is a hysteresis of which a
-    presliding friction is the limit.
+    how friction builds up, in which the forms of friction differ, is free in both. Not so a hysteresis beside a
+    presliding friction, which is its limit: real frictions leave up to the whole tolerance there.
     """
     form = tolerance(best) + CHANCE.slack
     richer, limit = best.own.spec, other.own.spec
     falls = richer.dry_friction and richer.falls_with_speed and limit.dry_friction and not limit.falls_with_speed
-    if falls or (limit.memory and any(g.of == richer.name for g in limit.limits_of)):
+    if falls:
         built_up = FORM.build_up**2 * min(best.formed, best.closed)
         return min(form, max(built_up, max(best.excess, 0.0) + CHANCE.at_noise * best.fit.samples))
     return form
