@@ -80,7 +80,7 @@ def test_a_range_that_does_not_contain_service_is_refused(tmp_path: Path) -> Non
 
 def test_the_design_is_made_again_without_the_record(tmp_path: Path) -> None:
     service(tmp_path / "service.h5")
-    made = design("homogenised", config(tmp_path))
+    made = design("homogenised", {**config(tmp_path), "period_samples": 1024})
     assert isinstance(made, Excitation)
     write_excitation(tmp_path / "x.h5", made)
     (tmp_path / "service.h5").unlink()
