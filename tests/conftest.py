@@ -74,6 +74,8 @@ LONG_FIRST = (  # files of some 5 s and more, longest first: begun last, one wou
     "test_docs.py",
     "test_samples.py",
     "test_reference_lines.py",
+    "test_service_lines.py",
+    "test_wheel.py",
     "test_faults.py",
     "test_design_command.py",
     "test_compute.py",
