@@ -17,7 +17,7 @@ def unsupported(model: SimulationModel, motion: Motion, swing: float) -> Floats:
     a is what the model adds outside (see `added_outside`). d is the distance from all of the training, signals taken
     together, of their ranges (see `Visited.beyond`), and `swing` the usual rms force about its mean, N: a force that
     is in proportion to a signal changes by √12 of that over the range, so that what a model says of it is taken to
-    be wrong by a third of it. Half and double: docs/blackbox.md.
+    be wrong by a third of it. Half and double: that part of the band is half and twice as wide.
     """
     added, known = added_outside(model, motion), model.training_range
     if known is None or known.together is None:

@@ -6,7 +6,7 @@ its passages to and fro, F₋(x) ≤ F ≤ F₊(x), and nothing says where. So e
 the mean is (F₊ + F₋)/2, the variance (F₊ − F₋)²/12.
 
 Only networks without feedback learn it. One that is fed back may remember for seconds, and says itself how it comes to
-rest: of simulated dampers behind a soft bush it lost a third of its advantage by this prior.
+rest: of three simulated dampers behind a soft bush 85, 85 and 86 % below a linear model became 76, 74 and 62.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ HELD = 100
 # A rest weighs, beside a sample, this times the variance of the force over that of the prior: about one where the
 # passages are 2 rms forces apart. Fit on three measured records that end at a rest that they never had: without rests
 # 63 to 88 %, at a thirtieth of this 73 to 94, at this 79 to 95, at ten times 81 to 94. Records that go on are within
-# 0.5 % at all of them.
+# 0.5 % at all of them, but for two that lost 1.3 and 1.6 %.
 WEIGHT = 0.09
 
 _NEAR = 0.05  # of the range of the displacement: samples there are passages of a place
