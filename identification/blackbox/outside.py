@@ -12,7 +12,8 @@ Floats = NDArray[np.float64]
 
 
 def unsupported(model: SimulationModel, motion: Motion, swing: float) -> Floats:
-    """√(a² + (swing·d)²), (N,), N, taken for a standard deviation of the force; 0 along a motion of the training.
+    """√(a² + (swing·d)²), (N,), N, taken for a standard deviation of the force; 0, or nearly, along a motion of
+    the training.
 
     a is what the model adds outside (see `added_outside`). d is the distance from all of the training, signals taken
     together, of their ranges (see `Visited.beyond`), and `swing` the usual rms force about its mean, N: a force that

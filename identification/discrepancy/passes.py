@@ -68,7 +68,7 @@ def search_in_passes(
     earlier = () if before is None else before.names
     found, evidence, withheld = one_pass(given, base, earlier, (), records, held_out, report)
     grown, within, refused = bool(found.names), None, _refused(found, withheld)
-    if before is not None and grown and not _count(found, evidence, before, without, whole, held_out):
+    if before is not None and grown and not _are_effects(found, evidence, before, without, whole, held_out):
         within = None if _are_curves(found) else found
         found, evidence = replace(before, names=(), earlier=earlier, base_excess=before.excess), []
         grown = False
@@ -80,7 +80,7 @@ def search_in_passes(
         more, new, doubtful = one_pass(found.fit.model, found.fit, found.names, refused, records, held_out, report)
         # Where no name is new, an element may be: how one named earlier departs from its ideal.
         grown, refused = more.fit.model.ids != found.fit.model.ids, _refused(more, doubtful)
-        if more.names and not _count(more, new, found, base, whole, held_out):
+        if more.names and not _are_effects(more, new, found, base, whole, held_out):
             within = None if _are_curves(more) else more
             break
         withheld = list({e.name: e for e in (*withheld, *doubtful)}.values())
@@ -100,17 +100,19 @@ def _named_before(base: Fit, records: Sequence[Record]) -> tuple[Search | None, 
     """What an earlier search had named in the base, as the state in which it ended, and the fit without these names;
     None and the base where it had named nothing, or the model can't run without."""
     names = tuple(e.id for e in base.model.elements if e.named)
+    if not names:
+        return None, base
+    model = base.model
     with suppress(SimulationError, ModelError):
-        model = base.model
         for name in names:
             model = model.without(name)
-        without = fit_records(model, records) if names else base
-        before = Search(fit=base, names=names, excess=excess_of(base), given=base.model, base_excess=excess_of(without))
-        return (before if names else None), without
+        without = fit_records(model, records)
+        left = excess_of(without)
+        return Search(fit=base, names=names, excess=excess_of(base), given=base.model, base_excess=left), without
     return None, base
 
 
-def _count(
+def _are_effects(
     more: Search, new: Sequence[Evidence], found: Search, base: Fit, whole: Sequence[Record], held: Sequence[Record]
 ) -> bool:
     """Whether names beside those found are effects of their own, and not how the forms of these depart; `base` is the

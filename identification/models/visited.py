@@ -70,7 +70,8 @@ class Visited:
         return np.asarray(cKDTree(self.points).query(_shares(motion, self.limits))[0])
 
     def beyond(self, motion: Motion) -> Floats:
-        """The same less what a sample of the training itself may have, the diagonal of a cell of `CELL`, (N,)."""
+        """The same less what a sample of the training itself may have, the diagonal of a cell of `CELL`, (N,);
+        where cells had to grow a sample of the training may have a hundredth more."""
         return np.asarray(np.maximum(self.distances(motion) - CELL * np.sqrt(len(self.limits)), 0.0))
 
     def described(self, motion: Motion) -> list[str]:
@@ -93,8 +94,9 @@ def visited_in(motions: Sequence[tuple[Motion, NDArray[np.bool_]]], signals: Seq
     ranges = {}
     for signal in signals:
         values = np.concatenate([getattr(one, SIGNALS[signal])[counted] for one, counted in motions])
-        if np.ptp(values) > 0.0:
-            ranges[signal] = (float(np.min(values)), float(np.max(values)))
+        low, high = float(np.min(values)), float(np.max(values))
+        if low <= high - _LEAST_SPAN:
+            ranges[signal] = (low, high)
     if len(ranges) < 2:
         return None
     shares = np.concatenate([_shares(one, ranges)[counted] for one, counted in motions])

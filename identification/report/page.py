@@ -29,7 +29,11 @@ _VERDICTS = {
     "unknown_effect": ("Unknown effect", "There is a repeatable gap that no element of the catalogue explains."),
 }
 
-_BUT_FOR_FORM = "The named effects close the gap, but for what their canonical forms may miss of real ones."
+_BUT_FOR_FORM = {
+    "no_discrepancy": "With its parameters fitted, the simulation meets the data, but for what the canonical forms of "
+    "effects that an earlier search has named may miss of real ones.",
+    "explained": "The named effects close the gap, but for what their canonical forms may miss of real ones.",
+}
 
 _STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;color:#1b1b1b;max-width:1080px;margin:2rem auto;padding:0 1.2rem}
@@ -132,8 +136,8 @@ def _plots(figures: Iterable[go.Figure], numbers: Iterator[int]) -> str:
 
 def _banner(report: Report, data: PageData) -> str:
     name, meaning = _VERDICTS[report.verdict]
-    if report.verdict == "explained" and report.remainder.text:
-        meaning = _BUT_FOR_FORM
+    if report.remainder.text:
+        meaning = _BUT_FOR_FORM.get(report.verdict, meaning)
     lines = "".join(
         f'<div class="effect"><b>{html.escape(data.words.title(f.element))}</b> on the {html.escape(f.path)} path, '
         f"confidence {100 * f.confidence:.0f} %: {html.escape(_values(f))}</div>"

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from identification.discrepancy import Explanation, explain
+from identification.discrepancy import Explanation, explain, write_report
 from identification.discrepancy.explanation import Verdict
 from identification.errors import ModelError
 from identification.physical.model import Model
@@ -31,7 +31,9 @@ def explained() -> Explanation:
     return explain(AS_SIMULATED, runs(FITTED), runs(HELD))
 
 
-def test_what_the_form_of_a_name_leaves_is_no_further_discrepancy_of_the_model_with_that_name() -> None:
+def test_what_the_form_of_a_name_leaves_is_no_further_discrepancy_of_the_model_with_that_name(
+    tmp_path: Path,
+) -> None:
     found = explained()
     assert found.verdict is Verdict.EXPLAINED
     (named,) = (e for e in found.model.elements if e.named)
@@ -39,6 +41,9 @@ def test_what_the_form_of_a_name_leaves_is_no_further_discrepancy_of_the_model_w
     again = explain(found.model, runs(FITTED), runs(HELD))
     assert again.verdict is Verdict.NO_DISCREPANCY
     assert "within the tolerance of the canonical forms" in again.remainder
+    page = write_report(again, tmp_path).read_text(encoding="utf-8")
+    assert "an earlier search has named" in page
+    assert "down to the noise" not in page
     of_nobody = Model(name="plain", elements=tuple(replace(e, named=False) for e in found.model.elements))
     assert explain(of_nobody, runs(FITTED), runs(HELD)).verdict is Verdict.UNKNOWN_EFFECT
 

@@ -81,3 +81,11 @@ def test_a_band_widens_with_the_distance_from_all_of_the_training_within_every_r
     factor = model.band.factors[LEVELS.index(0.9)]
     assert wider[middle] == pytest.approx(factor * model.band.swing * 0.25, rel=0.2)
     assert np.all(wider > before)
+
+
+def test_a_signal_that_hardly_moves_is_none_of_those_that_are_taken_together() -> None:
+    motion = motion_of(hysteretic(1, 400))
+    still = replace(motion, x=0.02 + 1e-14 * motion.x, i=np.zeros(motion.x.size))
+    counted = np.ones(motion.x.size, dtype=np.bool_)
+    assert 0.0 < np.ptp(still.x) < 1e-12
+    assert visited_in([(still, counted)], TOGETHER) is None

@@ -163,6 +163,7 @@ ROWS: Final = (
             # A piston rod takes its area from one side: rebound presses with another area than compression.
             ParameterSpec("side", "–", -0.95, 0.95, default=0.0, refinement=True, place="side", remedy=Remedy.SPEEDS),
         ),
+        # The last three: much air, a soft spring nearly, under even areas and under areas of 4 to 1 either way.
         starts=lambda s: [
             {"air": part * s.x_rms, "f_half": share * s.force, "side": side}
             for part, share, side in (
