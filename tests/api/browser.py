@@ -39,6 +39,13 @@ os.execv(sys.argv[3], sys.argv[3:])
 """
 
 
+GONE = "Inspected target navigated or closed"  # how the browser answers a question put to a page that it has left
+
+
+class PageLeft(AssertionError):
+    """The page went elsewhere while it was asked."""
+
+
 class Page:
     """One page. Every wait has a deadline; what the page's console complains of is kept in ``complaints``."""
 
@@ -72,10 +79,17 @@ class Page:
         return answer["result"].get("value")
 
     def wait_for(self, expression: str, within_s: float = 60.0) -> None:
+        """Wait until an expression is true. A page that goes elsewhere meanwhile is asked again where it arrives."""
         ends = time.monotonic() + within_s
-        while not self.evaluate(expression):
+        while not self._is_true(expression):
             assert time.monotonic() < ends, f"not true within {within_s} s: {expression}"
             time.sleep(0.05)
+
+    def _is_true(self, expression: str) -> bool:
+        try:
+            return bool(self.evaluate(expression))
+        except PageLeft:
+            return False
 
     def press(self, key: str) -> None:
         """Press a key of the keyboard: what has the focus gets it."""
@@ -98,9 +112,16 @@ class Page:
         while True:
             answer = self._next()
             if answer.get("id") == self._id:
-                assert "error" not in answer, answer["error"]
+                self._refuse(answer)
                 return answer["result"]
             self._note(answer)
+
+    @staticmethod
+    def _refuse(answer: dict[str, Any]) -> None:
+        error = answer.get("error")
+        if error is not None and error.get("message") == GONE:
+            raise PageLeft(GONE)
+        assert error is None, error
 
     def _note(self, event: dict[str, Any]) -> None:
         match event.get("method"):

@@ -188,3 +188,11 @@ def test_a_check_is_waited_for_as_long_as_the_service_is_heard_and_no_longer(fro
     front.says("#checked", "does not answer")
     page.call("Network.setBlockedURLs", urls=[])
     page.wait_for("document.querySelector('#link').textContent === 'live'")
+
+
+def test_a_wait_goes_on_where_the_page_goes_elsewhere_while_it_is_asked(front: Front) -> None:
+    page, here = front.page, f"{front.client.base_url}/"
+    page.open(here)
+    page.wait_for("location.search === '?elsewhere' || new Promise(() => { location.search = '?elsewhere'; })")
+    assert page.evaluate("location.search") == "?elsewhere"
+    page.open(here)
