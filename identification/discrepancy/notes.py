@@ -124,27 +124,50 @@ def refit_harms(traces: Sequence[Traces]) -> list[str]:
 
 
 def beyond(traces: Sequence[Traces]) -> list[str]:
-    """A warning for each held-out run that reaches farther than all fitted ones and shows a gap that they do not."""
+    """A warning for each held-out run that reaches beyond all fitted ones, in displacement or in current, and shows a
+    gap that they do not."""
     fitted = [t for t in traces if not t.held_out]
-    low, high, gap = _reach_and_gap(fitted)
+    gap = _left(fitted)
     notes = []
     for t in traces:
-        least, most, own = _reach_and_gap([t])
-        farther = most - least > (1.0 + FORM.minor) * (high - low)
-        if t.held_out and farther and own > FORM.disproportionate * gap:
+        reach = _beyond_in_place(t, fitted) or _beyond_in_current(t, fitted)
+        if t.held_out and reach and (own := _left([t])) > FORM.disproportionate * gap:
             notes.append(
-                f"{t.record.name} (held out) moves from {1e3 * least:.3g} to {1e3 * most:.3g} mm, the fitted runs from "
-                f"{1e3 * low:.3g} to {1e3 * high:.3g} mm, and shows a gap of {own:.3g} N where they show {gap:.3g} N: "
+                f"{t.record.name} (held out) {reach}, and shows a gap of {own:.3g} N where they show {gap:.3g} N: "
                 "what acts there could not be learned; fit to that run too"
             )
     return notes
 
 
-def _reach_and_gap(traces: Sequence[Traces]) -> tuple[float, float, float]:
-    """Least and largest displacement, m, and what the last model leaves, N rms."""
-    x = np.concatenate([t.record.motion.x[t.record.window] for t in traces])
-    left = np.concatenate([t.record.measured - t.final for t in traces])
-    return float(np.min(x)), float(np.max(x)), float(np.sqrt(np.mean(left**2)))
+def _beyond_in_place(one: Traces, fitted: Sequence[Traces]) -> str:
+    (least, most), (low, high) = _reach([one], "x"), _reach(fitted, "x")
+    if most - least <= (1.0 + FORM.minor) * (high - low):
+        return ""
+    return (
+        f"moves from {1e3 * least:.3g} to {1e3 * most:.3g} mm, the fitted runs from {1e3 * low:.3g} to "
+        f"{1e3 * high:.3g} mm"
+    )
+
+
+def _beyond_in_current(one: Traces, fitted: Sequence[Traces]) -> str:
+    """Beyond the span of the fitted runs by a part of it; of runs of one current, by a part of that."""
+    (least, most), (low, high) = _reach([one], "i"), _reach(fitted, "i")
+    span, size = high - low, max(abs(low), abs(high))
+    part = FORM.minor * (span if span > TEXT.steady * size else size)
+    if low - part <= least and most <= high + part:
+        return ""
+    return f"has a current of {least:.3g} to {most:.3g} A, the fitted runs {low:.3g} to {high:.3g} A"
+
+
+def _reach(traces: Sequence[Traces], signal: str) -> tuple[float, float]:
+    """Least and largest value of a signal of the motion."""
+    values = np.concatenate([getattr(t.record.motion, signal)[t.record.window] for t in traces])
+    return float(np.min(values)), float(np.max(values))
+
+
+def _left(traces: Sequence[Traces]) -> float:
+    """What the last model leaves, N rms."""
+    return float(np.sqrt(np.mean(np.concatenate([t.record.measured - t.final for t in traces]) ** 2)))
 
 
 def elsewhere(train: Sequence[Record], held: Sequence[Record]) -> list[str]:

@@ -148,19 +148,35 @@ def test_a_held_out_run_in_another_band_is_told() -> None:
     assert said.startswith("fast (held out) moves at about")
 
 
+def trace(of: Record, gap: float, held_out: bool) -> Traces:
+    final = of.measured + gap
+    return Traces(record=of, as_given=final, refitted=final, final=final, held_out=held_out)
+
+
 @pytest.mark.parametrize(("stretched", "left", "is_told"), [(2.0, 50.0, True), (1.0, 50.0, False), (2.0, 5.0, False)])
 def test_a_held_out_run_that_shows_a_gap_where_no_fitted_one_has_been_is_told(
     stretched: float, left: float, is_told: bool
 ) -> None:
     [record, *_] = records_with("none")
     far = replace(record, name="far", motion=replace(record.motion, x=stretched * record.motion.x))
-
-    def trace(of: Record, gap: float, held_out: bool) -> Traces:
-        final = of.measured + gap
-        return Traces(record=of, as_given=final, refitted=final, final=final, held_out=held_out)
-
     said = beyond([trace(record, 5.0, False), trace(far, left, True)])
     assert [note.startswith("far (held out) moves from") for note in said] == [True] * is_told
+
+
+@pytest.mark.parametrize(
+    ("current", "fitted", "is_told"),
+    [(0.0, (0.25, 1.0), True), (1.0, (1.0, 1.0), False), (0.5, (1.0, 1.0), True), (0.5, (0.0, 1.0), False)],
+)
+def test_a_held_out_run_that_shows_a_gap_at_a_current_that_no_fitted_one_had_is_told(
+    current: float, fitted: tuple[float, float], is_told: bool
+) -> None:
+    [record, *_] = records_with("none")
+
+    def at(i: float) -> Record:
+        return replace(record, name="other", motion=replace(record.motion, i=np.full(record.motion.i.size, i)))
+
+    said = beyond([*(trace(at(i), 5.0, False) for i in fitted), trace(at(current), 50.0, True)])
+    assert [note.startswith("other (held out) has a current of") for note in said] == [True] * is_told
 
 
 def result_of(*names: str) -> SearchResult:
