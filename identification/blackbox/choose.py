@@ -75,6 +75,7 @@ def judge(
     dt: float,
     *,
     stages: Sequence[Stage] = QUICK,
+    rested: bool = False,
     tell: Callable[[int, int], None] | None = None,
 ) -> list[Judged]:
     """The candidates by their error in cross-validation, the smallest first.
@@ -86,7 +87,7 @@ def judge(
         return []
     folds = folds_of(courses)
     tasks = list(product(candidates, folds))
-    shown = run(partial(_squares, scales=scales, dt=dt, stages=stages), tasks, on_done=tell)
+    shown = run(partial(_squares, scales=scales, dt=dt, stages=stages, rested=rested), tasks, on_done=tell)
     judged = []
     for k, one in enumerate(candidates):
         parts = shown[k * len(folds) : (k + 1) * len(folds)]
@@ -129,11 +130,13 @@ def beyond(judged: Sequence[Judged], count: int) -> list[Candidate]:
 
 
 def _squares(
-    task: tuple[Candidate, Fold], scales: Scales, dt: float, stages: Sequence[Stage]
+    task: tuple[Candidate, Fold], scales: Scales, dt: float, stages: Sequence[Stage], rested: bool
 ) -> tuple[float, int, Member]:
     """Sum of the squared scaled errors on what a fold shows, of how many samples, and of which network."""
     candidate, fold = task
-    member, _ = train_member(candidate.structure, scales, fold.learned, decay=candidate.decay, seed=0, stages=stages)
+    member, _ = train_member(
+        candidate.structure, scales, fold.learned, decay=candidate.decay, seed=0, stages=stages, rested=rested
+    )
     return (*errors_on([member], fold.after, scales, dt), member)
 
 
@@ -155,18 +158,19 @@ def committee(
     scales: Scales,
     *,
     stages: Sequence[Stage] = FULL,
+    rested: bool = False,
     tell: Callable[[int, int], None] | None = None,
 ) -> list[tuple[Member, float]]:
     """A network for each candidate, each from a start of its own, on all courses; and its error there."""
     tasks = list(enumerate(chosen, start=1))
-    return run(partial(_member, courses=courses, scales=scales, stages=stages), tasks, on_done=tell)
+    return run(partial(_member, courses=courses, scales=scales, stages=stages, rested=rested), tasks, on_done=tell)
 
 
 def _member(
-    task: tuple[int, Candidate], courses: Sequence[Course], scales: Scales, stages: Sequence[Stage]
+    task: tuple[int, Candidate], courses: Sequence[Course], scales: Scales, stages: Sequence[Stage], rested: bool
 ) -> tuple[Member, float]:
     seed, candidate = task
     member, trained = train_member(
-        candidate.structure, scales, courses, decay=candidate.decay, seed=seed, stages=stages
+        candidate.structure, scales, courses, decay=candidate.decay, seed=seed, stages=stages, rested=rested
     )
     return member, trained.error
