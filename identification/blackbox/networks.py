@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from identification.blackbox.band import LeftOut
-from identification.blackbox.choose import Candidate, Judged, beyond, committee, in_order, judge, left_out
+from identification.blackbox.choose import Candidate, Judged, beyond, committee, judge, left_out
 from identification.blackbox.model import BlackBox, Member
 from identification.blackbox.recipes import Recipe
 from identification.blackbox.rests import lacks_rest
@@ -28,12 +28,12 @@ def networks(
     scales, dt = scales_for(courses, [one.structure for one in candidates]), courses[0].motion.dt
     rested = lacks_rest(courses)
     judged = judge(
-        candidates, courses, scales, dt, stages=recipe.quick, rested=rested,
+        candidates, courses, scales, dt, stages=recipe.quick, rested=rested, best=recipe.best,
         tell=lambda done, of: say(0.4 * done / of, "cross-validation"),
     )  # fmt: skip
     for _ in range(MOST_DECADES):
         further = beyond(judged, min(recipe.best, FURTHER))
-        judged = in_order([*judged, *judge(further, courses, scales, dt, stages=recipe.quick, rested=rested)])
+        judged = judge(further, courses, scales, dt, stages=recipe.quick, rested=rested, best=recipe.best, known=judged)
     best = [one.candidate for one in judged[: recipe.best] if isinstance(one.candidate, Candidate)]
     trained = committee(
         best * recipe.starts, courses, scales, stages=recipe.full, rested=rested,
