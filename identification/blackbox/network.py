@@ -16,8 +16,8 @@ Floats = NDArray[np.float64]
 _BLOCK = 512  # rows of the gradient at once: they stay in the second-level cache
 
 # Samples for each weight from which on JᵀJ is summed over every second, third, … one. Σe² and Jᵀe stay exact, so the
-# minimum is the same; what is left of JᵀJ only shapes the step. On four records (one measured, three simulated) 8, 5 and
-# 3.2 took 34.8, 30.2 and 28.2 s; the error in cross-validation of the best eight is the same within 4 % at 5, and up to
+# minimum is the same; what is left of JᵀJ only shapes the step. On four records (one measured, three simulated) 8, 5
+# and 3.2 took 34.8, 30.2 and 28.2 s; the mean error in cross-validation of the best eight is no larger at 5, and up to
 # 6 % larger at 3.2.
 ROWS_FOR_EACH_WEIGHT = 5
 
