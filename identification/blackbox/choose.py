@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import product
 from typing import Protocol
 
 import numpy as np
@@ -15,6 +15,7 @@ from identification.blackbox.band import LeftOut
 from identification.blackbox.folds import Fold, folds_of
 from identification.blackbox.leftout import left_out_of
 from identification.blackbox.model import BlackBox, Member
+from identification.blackbox.rounds import Part, in_rounds
 from identification.blackbox.samples import Course
 from identification.blackbox.scaling import Scales
 from identification.blackbox.structure import FORCE, Structure
@@ -55,7 +56,8 @@ class Shaped(Protocol):
 class Judged:
     """What was tried, and its mean square scaled error in free run on the parts that it had not learned from.
 
-    `members` are the networks that did not learn from each part in turn.
+    `members` are the networks that did not learn from each part in turn; none where it was given up before the last
+    part: its error is then at least that which is stated.
     """
 
     candidate: Candidate | Polynomial | Shaped
@@ -75,24 +77,44 @@ def judge(
     dt: float,
     *,
     stages: Sequence[Stage] = QUICK,
+    rested: bool = False,
+    best: int,
+    known: Sequence[Judged] = (),
     tell: Callable[[int, int], None] | None = None,
 ) -> list[Judged]:
-    """The candidates by their error in cross-validation, the smallest first.
+    """These candidates and those that are `known` by their error in cross-validation, the smallest first.
 
     Each is trained from one start without each part in turn. On each part its squared error is cut at that of the mean
-    force: a free run that is lost is no worse than no model, and does not decide alone.
+    force: a free run that is lost is no worse than no model, and does not decide alone. One that cannot be among the
+    `best` any more is given up.
     """
     if not candidates:
-        return []
-    folds = folds_of(courses)
-    tasks = list(product(candidates, folds))
-    shown = run(partial(_squares, scales=scales, dt=dt, stages=stages), tasks, on_done=tell)
-    judged = []
-    for k, one in enumerate(candidates):
-        parts = shown[k * len(folds) : (k + 1) * len(folds)]
-        error = sum(squares for squares, _, _ in parts) / sum(count for _, count, _ in parts)
-        judged.append(Judged(one, float(error), tuple(member for _, _, member in parts)))
-    return in_order(judged)
+        return list(known)
+    folds, done = folds_of(courses), 0
+    square = partial(_squares, scales=scales, dt=dt, stages=stages, rested=rested)
+
+    def work(tasks: Sequence[tuple[int, Fold]]) -> list[Part]:
+        nonlocal done
+        before, every = done, len(candidates) * len(folds)
+        parts = run(
+            square, [(candidates[k], fold) for k, fold in tasks],
+            on_done=None if tell is None else lambda count, _: tell(before + count, every),
+        )  # fmt: skip
+        done += len(tasks)
+        return parts
+
+    bound = _weighted(known[best - 1]) if len(known) >= best else math.inf
+    shown = in_rounds(folds, [_weight(one) for one in candidates], best, bound, work)
+    count = sum(int(one.counted.sum()) for fold in folds for one in fold.after)
+    judged = [
+        Judged(
+            one,
+            sum(part.squares for part in parts) / count,
+            tuple(part.member for part in parts) if len(parts) == len(folds) else (),
+        )
+        for one, parts in zip(candidates, shown, strict=True)
+    ]
+    return in_order([*known, *judged])
 
 
 def left_out(judged: Sequence[Judged], courses: Sequence[Course], scales: Scales, dt: float) -> list[LeftOut]:
@@ -107,7 +129,15 @@ def left_out(judged: Sequence[Judged], courses: Sequence[Course], scales: Scales
 
 def in_order(judged: Sequence[Judged]) -> list[Judged]:
     """The smallest error first, that of a structure with feedback times `FED_BACK`."""
-    return sorted(judged, key=lambda one: one.error * (FED_BACK if one.candidate.structure.fed_back else 1.0))
+    return sorted(judged, key=_weighted)
+
+
+def _weighted(judged: Judged) -> float:
+    return judged.error * _weight(judged.candidate)
+
+
+def _weight(tried: Candidate | Polynomial | Shaped) -> float:
+    return FED_BACK if tried.structure.fed_back else 1.0
 
 
 def beyond(judged: Sequence[Judged], count: int) -> list[Candidate]:
@@ -128,13 +158,13 @@ def beyond(judged: Sequence[Judged], count: int) -> list[Candidate]:
     return more
 
 
-def _squares(
-    task: tuple[Candidate, Fold], scales: Scales, dt: float, stages: Sequence[Stage]
-) -> tuple[float, int, Member]:
-    """Sum of the squared scaled errors on what a fold shows, of how many samples, and of which network."""
+def _squares(task: tuple[Candidate, Fold], scales: Scales, dt: float, stages: Sequence[Stage], rested: bool) -> Part:
+    """What a fold shows of a network."""
     candidate, fold = task
-    member, _ = train_member(candidate.structure, scales, fold.learned, decay=candidate.decay, seed=0, stages=stages)
-    return (*errors_on([member], fold.after, scales, dt), member)
+    member, _ = train_member(
+        candidate.structure, scales, fold.learned, decay=candidate.decay, seed=0, stages=stages, rested=rested
+    )
+    return Part(*errors_on([member], fold.after, scales, dt), member)
 
 
 def errors_on(members: Sequence[Member], shown: Sequence[Course], scales: Scales, dt: float) -> tuple[float, int]:
@@ -155,18 +185,19 @@ def committee(
     scales: Scales,
     *,
     stages: Sequence[Stage] = FULL,
+    rested: bool = False,
     tell: Callable[[int, int], None] | None = None,
 ) -> list[tuple[Member, float]]:
     """A network for each candidate, each from a start of its own, on all courses; and its error there."""
     tasks = list(enumerate(chosen, start=1))
-    return run(partial(_member, courses=courses, scales=scales, stages=stages), tasks, on_done=tell)
+    return run(partial(_member, courses=courses, scales=scales, stages=stages, rested=rested), tasks, on_done=tell)
 
 
 def _member(
-    task: tuple[int, Candidate], courses: Sequence[Course], scales: Scales, stages: Sequence[Stage]
+    task: tuple[int, Candidate], courses: Sequence[Course], scales: Scales, stages: Sequence[Stage], rested: bool
 ) -> tuple[Member, float]:
     seed, candidate = task
     member, trained = train_member(
-        candidate.structure, scales, courses, decay=candidate.decay, seed=seed, stages=stages
+        candidate.structure, scales, courses, decay=candidate.decay, seed=seed, stages=stages, rested=rested
     )
     return member, trained.error

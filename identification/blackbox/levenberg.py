@@ -7,7 +7,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.linalg.lapack import dposv
 
 from identification.blackbox.network import Sums
 
@@ -64,17 +64,18 @@ def train(
     (Nielsen 1999). Ends where three steps in a row gain less than `tolerance` of the cost.
     """
     count = int(samples.counted.sum())
-    force = network.simulate(weights, samples, horizon)
-    sums = network.sums(weights, samples, force, horizon)
-    cost = sums.squares + decay * float(weights @ weights)
+    sums = network.sums(weights, samples, network.simulate(weights, samples, horizon), horizon)
+    squares, cost = sums.squares, sums.squares + decay * float(weights @ weights)
     damping, more, quiet, steps = _FIRST_DAMPING * float(np.mean(np.diag(sums.gram))), 2.0, 0, 0
     while steps < most_steps and quiet < _QUIET:
+        if steps:
+            sums = network.sums(weights, samples, network.simulate(weights, samples, horizon), horizon)
         steps += 1
         for _ in range(_TRIES):
             step = _step(sums, weights, decay, damping)
             trial = weights + step
-            squares = network.squares(trial, samples, horizon)
-            new = squares + decay * float(trial @ trial)
+            tried = network.squares(trial, samples, horizon)
+            new = tried + decay * float(trial @ trial)
             if new < cost:
                 break
             damping, more = min(damping * more, _MOST_DAMPING * count), more * 2.0
@@ -85,16 +86,14 @@ def train(
         damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3), _LEAST_DAMPING * count)
         more = 2.0
         quiet = quiet + 1 if cost - new < tolerance * cost else 0
-        weights, cost = trial, new
-        sums = network.sums(weights, samples, network.simulate(weights, samples, horizon), horizon)
-    return Trained(weights, sums.squares / count, steps)
+        weights, squares, cost = trial, tried, new
+    return Trained(weights, squares / count, steps)
 
 
 def _step(sums: Sums, weights: Floats, decay: float, damping: float) -> Floats:
     """The damped step; damping alone, were rounding to make the matrix indefinite."""
-    matrix = sums.gram + (decay + damping) * np.eye(weights.size)
+    matrix = sums.gram.copy()
+    matrix.ravel()[:: weights.size + 1] += decay + damping
     slope = sums.slope - decay * weights
-    try:
-        return np.asarray(cho_solve(cho_factor(matrix, check_finite=False), slope, check_finite=False))
-    except LinAlgError:
-        return slope / (decay + damping + float(np.trace(sums.gram)))
+    _, step, failed = dposv(matrix.T, slope, lower=1, overwrite_a=1)  # symmetric: its transpose lies as LAPACK wants it
+    return slope / (decay + damping + float(np.trace(sums.gram))) if failed else np.asarray(step)

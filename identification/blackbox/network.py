@@ -16,9 +16,10 @@ Floats = NDArray[np.float64]
 _BLOCK = 512  # rows of the gradient at once: they stay in the second-level cache
 
 # Samples for each weight from which on JᵀJ is summed over every second, third, … one. Σe² and Jᵀe stay exact, so the
-# minimum is the same; what is left of JᵀJ only shapes the step. Half: steps are worse and more are rejected; double:
-# the sums of long runs take up to twice the time.
-ROWS_FOR_EACH_WEIGHT = 8
+# minimum is the same; what is left of JᵀJ only shapes the step. On four records (one measured, three simulated) 8, 5
+# and 3.2 took 34.8, 30.2 and 28.2 s; the mean error in cross-validation of the best eight is no larger at 5, and up to
+# 6 % larger at 3.2.
+ROWS_FOR_EACH_WEIGHT = 5
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,10 @@ import math
 from collections.abc import Callable, Sequence
 
 from identification.blackbox.band import LeftOut
-from identification.blackbox.choose import Candidate, Judged, beyond, committee, in_order, judge, left_out
+from identification.blackbox.choose import Candidate, Judged, beyond, committee, judge, left_out
 from identification.blackbox.model import BlackBox, Member
 from identification.blackbox.recipes import Recipe
+from identification.blackbox.rests import lacks_rest
 from identification.blackbox.samples import Course
 from identification.blackbox.scaling import Scales
 from identification.blackbox.structure import FORCE, Structure
@@ -25,16 +26,17 @@ def networks(
 ) -> tuple[BlackBox, list[Judged], list[LeftOut]]:
     """The committee of the best candidates, how all were judged, and what was left out shows of it."""
     scales, dt = scales_for(courses, [one.structure for one in candidates]), courses[0].motion.dt
+    rested = lacks_rest(courses)
     judged = judge(
-        candidates, courses, scales, dt, stages=recipe.quick,
+        candidates, courses, scales, dt, stages=recipe.quick, rested=rested, best=recipe.best,
         tell=lambda done, of: say(0.4 * done / of, "cross-validation"),
     )  # fmt: skip
     for _ in range(MOST_DECADES):
         further = beyond(judged, min(recipe.best, FURTHER))
-        judged = in_order([*judged, *judge(further, courses, scales, dt, stages=recipe.quick)])
+        judged = judge(further, courses, scales, dt, stages=recipe.quick, rested=rested, best=recipe.best, known=judged)
     best = [one.candidate for one in judged[: recipe.best] if isinstance(one.candidate, Candidate)]
     trained = committee(
-        best * recipe.starts, courses, scales, stages=recipe.full,
+        best * recipe.starts, courses, scales, stages=recipe.full, rested=rested,
         tell=lambda done, of: say(0.5 + 0.5 * done / of, "training"),
     )  # fmt: skip
     seen = dict.fromkeys([FORCE, *(signal for one in best for signal in one.structure.signals)])

@@ -41,13 +41,18 @@ _NEAR = 0.05  # of the range of the displacement: samples there are passages of 
 _LEAST = 0.1  # of the rms force: passages are no nearer to each other, or a rest would weigh more than many samples
 
 
-def rests_of(courses: Sequence[Course]) -> list[Course]:
-    """Rests where some courses that are learned never were: `PLACES` in all at most, or one of each course.
+def lacks_rest(courses: Sequence[Course]) -> bool:
+    """Whether no course of a whole training begins at rest: else what a rest is has been measured.
 
-    None where one of them begins at rest: what a rest is has then been measured.
+    Asked once of the whole training. Asked of each part that is learned in cross-validation, a record that begins at
+    rest is judged with rests wherever its begin is left out, and then trained without: two records of 36 that begin
+    so lost 1.1 and 1.3 % by it.
     """
-    if any(begins_at_rest(one.motion) for one in courses):
-        return []
+    return not any(begins_at_rest(one.motion) for one in courses)
+
+
+def rests_of(courses: Sequence[Course]) -> list[Course]:
+    """Rests where some courses that are learned never were: `PLACES` in all at most, or one of each course."""
     each = max(1, PLACES // len(courses))
     rests = [rest for k, one in enumerate(courses) for rest in _of(one, each, k)]
     visited = visited_in([(one.motion, one.counted) for one in courses], TOGETHER)

@@ -88,8 +88,9 @@ def train_member(
     decay: float,
     seed: int,
     stages: Sequence[Stage] = FULL,
+    rested: bool = False,
 ) -> tuple[Member, Trained]:
-    """One network from one random start, through all stages.
+    """One network from one random start, through all stages; `rested`: it learns a prior for rest (see `rests`).
 
     A free run that learns begins from the measured force where it is fed back: nobody knows the motion before a record,
     and an error of that is none of the network.
@@ -103,7 +104,7 @@ def train_member(
         if done == (stage.horizon, count):
             continue  # the share was everything
         if done is None or done[1] != count:
-            samples = _samples(seen, structure, scales)
+            samples = _samples(seen, structure, scales, rested)
         trained = train(
             net,
             weights,
@@ -117,11 +118,12 @@ def train_member(
     return Member(structure, weights), trained
 
 
-def _samples(courses: Sequence[Course], structure: Structure, scales: Scales) -> Samples:
-    """The samples that a network learns; without feedback rests too, but of a linear model or of what a base leaves."""
+def _samples(courses: Sequence[Course], structure: Structure, scales: Scales, rested: bool) -> Samples:
+    """The samples that a network learns, with rests where asked for: not those of a linear model, of what a base
+    leaves, or of a force that is fed back."""
     if structure.fed_back:
         return samples_of(courses, structure, scales, begun=True)
-    rests = rests_of(courses) if structure.nodes and courses[0].model is None else []
+    rests = rests_of(courses) if rested and structure.nodes and courses[0].model is None else []
     return samples_of([*courses, *rests], structure, scales).alone()
 
 
