@@ -44,6 +44,9 @@ def track(
     forward: Annotated[
         bool, typer.Option("--by-forward", help="Invert the forward model in an inverse, in place of its network.")
     ] = False,
+    rate: Annotated[
+        float | None, typer.Option("--rate", metavar="HZ", help="Resample the run to this rate first; OUT.h5 has it.")
+    ] = None,
     fmu_input: FmuInput = None,
     fmu_output: FmuOutput = "",
     fmu_set: FmuSet = None,
@@ -54,6 +57,7 @@ def track(
     Example: damper-rig track inverse.json run.h5 -o tracked.h5
     """
     from api.cli.terminal import answer, progress_bar, warn
+    from identification.blackbox import resampled
     from identification.inverse import INVERSE, Limits, tracking_data, wanted_of
     from identification.inverse import track as tracked
     from identification.inverse.model import forward_of
@@ -65,7 +69,7 @@ def track(
     limits = None if current is None else Limits(*current)
     choice = fmu_choice([model], fmu_input, fmu_output, fmu_set)
     described = load_model(model, choice, kinds=(*KINDS, INVERSE))
-    (measured,) = read_runs([run])
+    (measured,) = (one if rate is None else resampled(one, rate) for one in read_runs([run]))
     asked = wanted_of(measured, forward_of(described), wanted)
     with progress_bar("tracking"):
         found = tracked(described, asked, limits, learned=not forward)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from api.cli.main import main
+from identification.blackbox import resampled
 from identification.physical.model import Model, element
 from identification.physical.modelfile import write_model
 from rigctl.runfile import read_run, with_channel, write_run
@@ -57,6 +58,20 @@ def test_a_forward_model_is_inverted_and_what_cannot_be_made_is_said(
     said = capsys.readouterr()
     assert "more.h5: the wanted force cannot be made in" in said.err
     assert "of the samples cannot be made" in said.out
+
+
+def test_a_run_of_another_rate_is_refused_and_tracked_where_it_is_resampled(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["identify", "inverse", "one.h5", "--base", "forward.json", *CHOSEN, "-o", "inverse.json"]) == 0
+    rate = read_run(Path("shown.h5")).sample_rate_hz
+    write_run(Path("slow.h5"), resampled(read_run(Path("shown.h5")), 0.5 * rate))
+    capsys.readouterr()
+    assert main(["track", "inverse.json", "slow.h5", "-o", "out.h5"]) == 2
+    assert f"--rate {rate:g}" in capsys.readouterr().err
+    assert not Path("out.h5").exists()
+    assert main(["track", "inverse.json", "slow.h5", "--rate", f"{rate:g}", "-o", "out.h5"]) == 0
+    assert read_run(Path("out.h5")).sample_rate_hz == rate
 
 
 def test_a_constant_force_is_tracked_without_a_fit_that_is_no_number(
