@@ -6,26 +6,45 @@ environment, its folder, its streams, its signals and its exit status are its ow
 
 from __future__ import annotations
 
+import atexit
+import gc
 import json
 import os
 import select
 import signal
 import socket
 import sys
+from importlib import import_module
 from typing import NoReturn
 
-import numpy as np
+STATUS: list[int] = []  # of the command that this process has become, at its end
 
-import api.serving  # noqa: F401 - loaded for every process to come
-import sim_rig.can_server
-import sim_rig.server  # noqa: F401
-from api.cli.main import run
-from sim_rig.plant import SimulatedPlant
-from sim_rig.specimens import SPECIMENS
+
+def load() -> None:
+    """All that a rig and a service need, with the compiled loops of a rig."""
+    import numpy as np
+
+    for name in ("api.cli.main", "api.serving", "sim_rig.server", "sim_rig.can_server"):
+        import_module(name)
+    from sim_rig.plant import SimulatedPlant
+    from sim_rig.specimens import SPECIMENS
+
+    found = SPECIMENS["semi-active"]
+    SimulatedPlant(found.damper, found.noise, seed=1, start_degc=25.0).play(np.zeros((1, 2)))
+    gc.freeze()  # a collection in a child would copy what is loaded
+
+
+def leave() -> None:
+    """End a command without freeing, one by one, the objects that were loaded."""
+    if STATUS:
+        sys.stderr.flush()
+        os._exit(STATUS[0])
 
 
 def become(asked: bytes, streams: list[int], ours: list[int]) -> NoReturn:
     """Be the command that was asked for, to its end."""
+    from api.cli.main import run
+
     for number, kept in enumerate(streams[:3]):
         os.dup2(kept, number)
     for kept in (*streams, *ours):
@@ -36,7 +55,11 @@ def become(asked: bytes, streams: list[int], ours: list[int]) -> NoReturn:
     os.environ.clear()
     os.environ.update(request["environ"])
     sys.argv = ["damper-rig", *request["arguments"]]
-    run()
+    try:
+        run()  # which flushes what it has said
+    except SystemExit as ended:
+        STATUS.append(int(ended.code or 0))
+        raise
 
 
 def reap(ends: dict[int, int]) -> None:
@@ -77,7 +100,7 @@ def serve(channel: socket.socket) -> None:
 
 
 if __name__ == "__main__":
-    found = SPECIMENS["semi-active"]
-    SimulatedPlant(found.damper, found.noise, seed=1, start_degc=25.0).play(np.zeros((1, 2)))  # loads the loops
+    atexit.register(leave)  # before the libraries register what they do at the end: so it comes after all of that
+    load()
     with socket.socket(fileno=int(sys.argv[1])) as channel:
         serve(channel)

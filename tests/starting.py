@@ -33,7 +33,7 @@ class Started:
         environ: Mapping[str, str] | None = None,
         folder: Path | None = None,
     ) -> None:
-        self.name, self.url = arguments[0], ""
+        self.name, self.url, self.log = arguments[0], "", log
         self._status: int | None = None
         theirs_in, self._input = os.pipe()
         self._output, theirs_out = os.pipe()
