@@ -1,7 +1,8 @@
 """Runs commands of damper-rig, each in a process of its own that is forked from this one, which has loaded them all.
 
-A start costs a fortieth of that of a new interpreter; from there on a command is as it always is: its arguments, its
-environment, its folder, its streams, its signals and its exit status are its own. ``tests.starting`` starts this.
+A rig then costs a twentieth of a start anew, a service a fifth; from there on a command is as it always is: its
+arguments, its environment, its folder, its streams, its signals and its exit status are its own. ``tests.starting``
+starts this.
 """
 
 from __future__ import annotations
