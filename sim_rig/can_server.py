@@ -229,7 +229,9 @@ class CanDevice:
         if self._sent > store.first_index and now - self._moved_at > self._again_s:
             self._sent, self._moved_at, self._again_s = store.first_index, now, 2 * self._again_s
         ahead = self._sent - store.first_index
-        values = store.fetch(FD_WINDOW if self._fd else WINDOW).values[ahead:]
+        values = store.beyond(ahead, FD_WINDOW if self._fd else WINDOW)
+        if not values.shape[0]:
+            return
         packed = [(frames.pack_capture_fd if self._fd else frames.pack_capture, slice(None))]
         if self._rig.controller.configuration.further_axes:
             packed.append((can_further.pack_further_fd if self._fd else can_further.pack_further, FURTHER))

@@ -136,3 +136,18 @@ class CaptureStore:
             if not remaining:
                 break
         return CaptureBlock(run_id=self.run_id, first_index=self.first_index, values=np.concatenate(parts))
+
+    def beyond(self, ahead: int, most: int) -> NDArray[np.float64]:
+        """Of the ``most`` oldest samples that are not acknowledged, those after the first ``ahead``, (n, channels).
+
+        Looks from the end: where all but the last few were sent, it costs as much as those.
+        """
+        wanted, left = min(most, self.backlog) - ahead, self.backlog - ahead
+        parts = [np.empty((0, self.channels))]
+        if wanted > 0:
+            for block in reversed(self._blocks):
+                parts.append(block[max(block.shape[0] - left, 0) :])
+                left -= parts[-1].shape[0]
+                if not left:
+                    break
+        return np.concatenate(parts[::-1])[: max(wanted, 0)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -118,9 +119,11 @@ def pytest_configure() -> None:
     """Give child processes the signals that a terminal gives them: nohup and background shells ignore some of them.
 
     They also keep their bytecode, beside the compiled loops that they keep anyway: without it each of some hundred
-    starts compiles the sources again, for 0.15 s.
+    starts compiles the sources again, for 0.15 s. So does this process: to rewrite the assertions of all tests anew
+    takes each worker some seconds.
     """
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.default_int_handler)
         for number in (signal.SIGHUP, signal.SIGQUIT):

@@ -15,6 +15,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 from api.cli.main import main
+from tests.starting import Started
 
 ROOT = Path(__file__).parent.parent
 SECONDS = 600.0
@@ -91,16 +92,7 @@ def listening(folder: Path, *words: str) -> Iterator[str]:
 @contextmanager
 def listening_at(places: int, folder: Path, *words: str) -> Iterator[list[str]]:
     """The same for a command that listens at more places than one: their URLs, in the order in which it says them."""
-    line = [sys.executable, "-m", "api.cli", *words, "--with-parent"]
-    env = {**os.environ, "PYTHONPATH": str(ROOT)}
-    with subprocess.Popen(
-        line, cwd=folder, env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stdout is not None
-        ready = [process.stdout.readline().split() for _ in range(places)]
+    with Started(words, folder=folder) as process:
+        ready = [process.line().split() for _ in range(places)]
         assert all(one[:1] == ["ready"] for one in ready), words
-        try:
-            yield [one[-1] for one in ready]
-        finally:
-            process.terminate()
-            process.communicate(timeout=60)
+        yield [one[-1] for one in ready]

@@ -16,6 +16,7 @@ import pytest
 from excitation import plan_from_config
 from tests.shown_lines import ROOT, blocks
 from tests.shown_lines import does as commanded
+from tests.starting import Started
 
 DOCS = ROOT / "docs"
 GUIDES = (*sorted(DOCS.glob("tutorial-*.md")), *sorted((DOCS / "howto").glob("*.md")))
@@ -94,17 +95,14 @@ def test_the_commands_of_a_guide_work_one_after_the_other(page: Path, folder: Pa
         for words in commands(page):
             if words[0] == "sim":
                 listening = [word.replace(":5020", ":0") for word in words]
-                line = [sys.executable, "-m", "api.cli", *listening, "--speed", "20"]
-                rig = subprocess.Popen(line, stdout=subprocess.PIPE, text=True)
-                assert rig.stdout is not None
-                url = rig.stdout.readline().split()[-1]
+                rig = Started([*listening, "--speed", "20"])
+                url = rig.wait_until_ready()
             else:
                 there = [word.replace("modbus://127.0.0.1:5020", url) for word in words]
                 commanded(expanded(there, folder), folder)
     finally:
         if rig is not None:
-            rig.terminate()
-            rig.communicate()
+            rig.stop()
     for made in (folder / "own_report", folder / "report") if page.name.startswith("tutorial") else ():
         if made.is_dir():
             assert "coulomb_friction" in (made / "report.json").read_text(encoding="utf-8")

@@ -15,7 +15,6 @@ from sqlalchemy import update
 
 from api.campaigns.rig_store import RigStore
 from api.campaigns.store import CampaignStore
-from api.processes.child import Child
 from api.store.database import Database
 from api.store.leases import holders
 from api.store.tables import jobs
@@ -26,6 +25,7 @@ from rigctl.address import connect
 from rigctl.operator_acts import reset, stop
 from rigctl.runfile import write_run
 from tests.api.measured import MODEL, NAMES, a_run
+from tests.starting import Started
 
 
 @pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.postgresql)])
@@ -107,7 +107,7 @@ def rig(shared_rig: str) -> str:
 @pytest.fixture
 def fresh_rig(tmp_path: Path) -> Iterator[str]:
     """A simulated rig of its own: what it measures does not depend on the tests before."""
-    with Child(
+    with Started(
         ["sim", "--listen", "modbus://127.0.0.1:0", "--seed", "3", "--speed", "10"], tmp_path / "sim.log"
     ) as child:
         yield child.wait_until_ready(120.0)
@@ -117,15 +117,15 @@ def fresh_rig(tmp_path: Path) -> Iterator[str]:
 def shared_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """The address of a simulated rig that runs as a process of its own, ten times faster than real time."""
     log = tmp_path_factory.mktemp("rig") / "sim.log"
-    with Child(["sim", "--listen", "modbus://127.0.0.1:0", "--seed", "3", "--speed", "10"], log) as child:
+    with Started(["sim", "--listen", "modbus://127.0.0.1:0", "--seed", "3", "--speed", "10"], log) as child:
         yield child.wait_until_ready(120.0)
 
 
 @pytest.fixture
-def service(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Child]:
+def service(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Started]:
     """The service as a process of its own, on SQLite, with a lease short enough to wait for its end."""
     monkeypatch.setenv("DAMPER_RIG_LEASE_S", "3")
-    with Child(["serve", "--data", str(tmp_path / "lab"), "--port", "0"], tmp_path / "serve.log") as child:
+    with Started(["serve", "--data", str(tmp_path / "lab"), "--port", "0"], tmp_path / "serve.log") as child:
         child.wait_until_ready()
         yield child
 
@@ -168,5 +168,5 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def base(lab: Path) -> Iterator[str]:
     """The address of a service that the tests of a module share."""
-    with Child(["serve", "--data", str(lab / "data"), "--port", "0"], lab / "serve.log") as child:
+    with Started(["serve", "--data", str(lab / "data"), "--port", "0"], lab / "serve.log") as child:
         yield child.wait_until_ready()

@@ -18,9 +18,9 @@ from api.access.busy import BodyPace
 from api.access.exposure import check_exposure
 from api.cli.main import main
 from api.errors import SettingsError
-from api.processes.child import Child
 from api.settings import Settings
 from tests.api.certificate import a_certificate
+from tests.starting import Started
 
 NOBODY = "0" * 32
 WITHIN_S = 60.0
@@ -39,18 +39,18 @@ def until(true: Callable[[], bool]) -> None:
 
 
 @pytest.fixture(scope="module")
-def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Child]:
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Started]:
     """A service without keys, with a few places for connections, that waits briefly for headers."""
     place = tmp_path_factory.mktemp("network")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("DAMPER_RIG_HEADER_S", "2")
         patch.setenv("DAMPER_RIG_CONNECTIONS", "200")
-        with Child(["serve", "--data", str(place / "lab"), "--port", "0"], place / "serve.log") as child:
+        with Started(["serve", "--data", str(place / "lab"), "--port", "0"], place / "serve.log") as child:
             child.wait_until_ready(120.0)
             yield child
 
 
-def address(served: Child) -> tuple[str, int]:
+def address(served: Started) -> tuple[str, int]:
     url = httpx.URL(served.url)
     return url.host, int(url.port or 0)
 
@@ -64,7 +64,7 @@ def is_closed(peer: socket.socket) -> bool:
         return True
 
 
-def test_whoever_sends_headers_slowly_or_nothing_is_hung_up_on(served: Child) -> None:
+def test_whoever_sends_headers_slowly_or_nothing_is_hung_up_on(served: Started) -> None:
     begun, sent = time.monotonic(), 0
     with ExitStack() as stack:
         silent = stack.enter_context(socket.create_connection(address(served)))
@@ -111,7 +111,7 @@ def test_a_body_that_comes_too_slowly_holds_no_place_for_ever(comes: bool) -> No
     assert [message["type"] for message in got] == ["http.request" if comes else "http.disconnect"]
 
 
-def test_three_hundred_idle_sockets_keep_no_stop_waiting(served: Child) -> None:
+def test_three_hundred_idle_sockets_keep_no_stop_waiting(served: Started) -> None:
     stop = f"{served.url}/v1/campaigns/{NOBODY}/stop"
     assert httpx.post(stop, timeout=WITHIN_S).status_code == 404
     with ExitStack() as stack:
@@ -126,7 +126,7 @@ def test_three_hundred_idle_sockets_keep_no_stop_waiting(served: Child) -> None:
     assert httpx.get(f"{served.url}/healthz", timeout=WITHIN_S).status_code == 200
 
 
-def test_lasting_requests_leave_places_for_a_stop_and_give_theirs_back(served: Child) -> None:
+def test_lasting_requests_leave_places_for_a_stop_and_give_theirs_back(served: Started) -> None:
     with ExitStack() as stack:
         client = stack.enter_context(httpx.Client(limits=httpx.Limits(max_connections=None), timeout=WITHIN_S))
         statuses = []
@@ -143,7 +143,7 @@ def test_lasting_requests_leave_places_for_a_stop_and_give_theirs_back(served: C
 @pytest.mark.parametrize(
     "host", ["elsewhere.example", "127.0.0.1.nip.example", "localhost.evil.example:80", "", "[::1"]
 )
-def test_a_name_that_was_rebound_to_this_address_is_refused(served: Child, host: str) -> None:
+def test_a_name_that_was_rebound_to_this_address_is_refused(served: Started, host: str) -> None:
     for method, path in (("GET", "/"), ("GET", "/v1/campaigns"), ("POST", f"/v1/campaigns/{NOBODY}/stop")):
         answer = httpx.request(method, served.url + path, headers={"host": host}, timeout=WITHIN_S)
         assert answer.status_code == 421, answer.text
@@ -151,7 +151,7 @@ def test_a_name_that_was_rebound_to_this_address_is_refused(served: Child, host:
 
 
 @pytest.mark.parametrize("host", ["localhost", "LOCALHOST:1", "127.0.0.1", "[::1]:8420"])
-def test_the_names_of_this_machine_are_answered(served: Child, host: str) -> None:
+def test_the_names_of_this_machine_are_answered(served: Started, host: str) -> None:
     assert httpx.get(f"{served.url}/healthz", headers={"host": host}, timeout=WITHIN_S).status_code == 200
 
 
@@ -164,7 +164,7 @@ def test_the_names_of_this_machine_are_answered(served: Child, host: str) -> Non
         {"sec-fetch-site": "cross-site", "sec-fetch-mode": "no-cors"},
     ],
 )
-def test_pages_of_other_sites_reach_nothing_also_without_keys(served: Child, headers: dict[str, str]) -> None:
+def test_pages_of_other_sites_reach_nothing_also_without_keys(served: Started, headers: dict[str, str]) -> None:
     for method, path in (
         ("GET", "/v1/live"),
         ("GET", "/v1/campaigns"),
@@ -176,12 +176,12 @@ def test_pages_of_other_sites_reach_nothing_also_without_keys(served: Child, hea
 
 
 @pytest.mark.parametrize("header", ["x-forwarded-for", "forwarded", "via"])
-def test_what_a_proxy_passes_on_is_not_local(served: Child, header: str) -> None:
+def test_what_a_proxy_passes_on_is_not_local(served: Started, header: str) -> None:
     answer = httpx.get(f"{served.url}/v1/campaigns", headers={header: "1.1 proxy"}, timeout=WITHIN_S)
     assert answer.status_code == 401
 
 
-def test_every_answer_tells_browsers_what_they_may_do(served: Child) -> None:
+def test_every_answer_tells_browsers_what_they_may_do(served: Started) -> None:
     for path in ("/", "/sign-in", "/docs", "/v1/campaigns", "/v1/nothing", "/static/live.js"):
         headers = httpx.get(served.url + path, timeout=WITHIN_S).headers
         assert headers["x-content-type-options"] == "nosniff"
@@ -194,13 +194,13 @@ def test_every_answer_tells_browsers_what_they_may_do(served: Child) -> None:
     assert "script-src 'self';" in page
 
 
-def test_the_log_of_a_flood_is_short(served: Child, tmp_path: Path) -> None:
+def test_the_log_of_a_flood_is_short(served: Started, tmp_path: Path) -> None:
     for _ in range(60):
         with socket.create_connection(address(served)) as peer:
             peer.sendall(b"\x16\x03\x01 this is no HTTP\r\n\r\n")
             peer.recv(1000)
-    [log] = Path(served._log_path).parent.glob("serve.log")
-    said = [line for line in log.read_text().splitlines() if "Invalid HTTP" in line]
+    assert served.log is not None
+    said = [line for line in served.log.read_text().splitlines() if "Invalid HTTP" in line]
     assert 1 <= len(said) <= 6
 
 
@@ -208,7 +208,7 @@ def test_keys_hold_within_seconds_and_a_first_key_ends_free_access(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     data = tmp_path / "lab"
-    with Child(["serve", "--data", str(data), "--port", "0"], tmp_path / "serve.log") as child:
+    with Started(["serve", "--data", str(data), "--port", "0"], tmp_path / "serve.log") as child:
         child.wait_until_ready(120.0)
 
         def status(shown: str | None = None) -> int:
@@ -264,7 +264,7 @@ def test_over_tls_cookies_are_secure_and_idle_sockets_keep_nobody_out(
     monkeypatch.setenv("DAMPER_RIG_TLS_CERTIFICATE", str(certificate[0]))
     monkeypatch.setenv("DAMPER_RIG_TLS_KEY", str(certificate[1]))
     monkeypatch.setenv("DAMPER_RIG_CONNECTIONS", "100")
-    with Child(["serve", "--data", str(data), "--port", "0"], tmp_path / "serve.log") as child, ExitStack() as stack:
+    with Started(["serve", "--data", str(data), "--port", "0"], tmp_path / "serve.log") as child, ExitStack() as stack:
         assert child.wait_until_ready(120.0).startswith("https://")
         trusted = ssl.create_default_context(cafile=str(certificate[0]))
         client = stack.enter_context(httpx.Client(base_url=child.url, verify=trusted, timeout=WITHIN_S))

@@ -26,7 +26,6 @@ from api.jobs.held_job import take_next
 from api.jobs.records import JobState
 from api.jobs.results import Results
 from api.jobs.store import JobStore
-from api.processes.child import Child
 from api.store.archive import FORMAT
 from api.store.backup import Folders, back_up
 from api.store.check import check
@@ -37,6 +36,7 @@ from api.store.tables import METADATA, campaigns, events, leases, runs
 from api.store.tables import tests as test_rows
 from tests.api.measured import sent
 from tests.api.old_store import DONE, load
+from tests.starting import Started
 
 
 def quiet(done: float, text: str = "") -> None:
@@ -210,12 +210,12 @@ def test_every_column_has_a_type_that_a_backup_keeps() -> None:
 
 
 @pytest.fixture
-def busy(tmp_path: Path, database_url: str, body: dict[str, Any], folder: Path) -> Iterator[tuple[Child, list[str]]]:
+def busy(tmp_path: Path, database_url: str, body: dict[str, Any], folder: Path) -> Iterator[tuple[Started, list[str]]]:
     """A service as a process, to which a thread sends campaigns, and the ids of those that it has accepted."""
     arguments = ["serve", "--data", str(tmp_path / "busy"), "--database", database_url, "--port", "0"]
     accepted: list[str] = []
     enough = Event()
-    with Child(arguments, tmp_path / "serve.log") as service:
+    with Started(arguments, tmp_path / "serve.log") as service:
         base = service.wait_until_ready()
         sent(base, folder / "slow.h5")
         rig = {**body, "rig": "modbus://127.0.0.1:9"}  # nobody listens: they wait
@@ -240,7 +240,7 @@ def busy(tmp_path: Path, database_url: str, body: dict[str, Any], folder: Path) 
 
 
 def test_a_backup_of_a_store_in_use_is_the_store_at_one_moment(
-    busy: tuple[Child, list[str]], tmp_path: Path, database_url: str
+    busy: tuple[Started, list[str]], tmp_path: Path, database_url: str
 ) -> None:
     _, accepted = busy
     before = list(accepted)

@@ -25,11 +25,11 @@ from api.campaigns.store import CampaignStore
 from api.jobs.held_job import close_left_open, take_next
 from api.jobs.records import JobState
 from api.jobs.store import JobStore
-from api.processes.child import Child
 from api.store.clock import now
 from api.store.database import Database
 from api.store.runs import RunRecord, RunStore
 from tests.api.following import ended, get, playing, post, reached, resume, until, worker_of
+from tests.starting import Started
 
 RIG = "modbus://127.0.0.1:5020"
 HOUR_S = 3600.0
@@ -273,13 +273,13 @@ def test_a_test_runs_on_while_the_clock_of_its_store_jumps_and_a_second_service_
         set_clock = shift_server(database, database.engine.url.database or "")
         sine = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.005, "frequency": 4.0, "current": 0.5}
         body = {"name": "x", "rig": rig, "specimen": "7", "tests": [{"name": "long", **sine, "cycles": 450}]}
-        with Child(["serve", "--port", "0"], tmp_path / "serve.log") as service:
+        with Started(["serve", "--port", "0"], tmp_path / "serve.log") as service:
             base = service.wait_until_ready()
             begun = post(base, body)["id"]
             resume(base, rig)
             until(base, begun, playing)
             worker = worker_of(base, rig)
-            with Child(["worker", rig], tmp_path / "worker.log"):
+            with Started(["worker", rig], tmp_path / "worker.log"):
                 for ahead_s in (HOUR_S, -HOUR_S, HOUR_S):
                     before = samples_of(base, begun)
                     set_clock(ahead_s)

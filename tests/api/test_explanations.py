@@ -11,11 +11,11 @@ import pytest
 
 from api.cli.main import main
 from api.jobs.held_job import LEFT_OPEN
-from api.processes.child import Child
 from tests.api.browser import browser
 from tests.api.following import ended as campaign_ended
 from tests.api.following import get, post, reached, until
 from tests.api.measured import MODEL, NAMES, sent
+from tests.starting import Started
 
 
 def asked(base: str, body: dict[str, Any]) -> httpx.Response:
@@ -123,24 +123,24 @@ def test_an_explanation_that_runs_or_waits_can_be_cancelled(base: str, folder: P
 
 
 def test_work_begins_anew_after_a_stop_of_the_service_and_is_said_to_be_lost_after_kill_9(
-    service: Child, folder: Path, tmp_path: Path
+    service: Started, folder: Path, tmp_path: Path
 ) -> None:
     body = {"model": MODEL, "runs": [sent(service.url, folder / name) for name in NAMES]}
     one = str(asked(service.url, body).json()["id"])
     reached(service.url, f"/v1/explanations/{one}", lambda one: one["phase"])
     assert service.stop() == 0
     arguments = ["serve", "--data", str(tmp_path / "lab"), "--port", "0"]
-    with Child(arguments, tmp_path / "again.log") as second:
+    with Started(arguments, tmp_path / "again.log") as second:
         reached(second.wait_until_ready(), f"/v1/explanations/{one}", lambda one: one["phase"])
         second.kill()
-    with Child(arguments, tmp_path / "third.log") as third:
+    with Started(arguments, tmp_path / "third.log") as third:
         left = ended(third.wait_until_ready(), one)
     assert (left["state"], left["reason"], left["report"]) == ("failed", LEFT_OPEN, None)
 
 
 @pytest.mark.browser
 def test_a_test_engineer_asks_in_the_browser_and_reads_the_report(
-    service: Child, fresh_rig: str, chromium: Path, tmp_path: Path
+    service: Started, fresh_rig: str, chromium: Path, tmp_path: Path
 ) -> None:
     sine = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.01, "frequency": 2.0, "cycles": 3, "current": 0.8}
     tests = [{"name": "sine", **sine}, {"name": "faster", **sine, "frequency": 3.0, "held_out": True}]

@@ -17,10 +17,10 @@ from typing import Any
 import httpx
 import pytest
 
-from api.processes.child import Child
 from rigctl.address import connect
 from rigctl.device import RigState
 from tests.api.following import ended, get, playing, post, reached, resume, rig_of, until, until_rig, worker_of
+from tests.starting import Started
 
 LONG = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.01, "frequency": 2.0, "current": 0.8, "cycles": 400}
 SHORT = {**LONG, "cycles": 3}
@@ -49,7 +49,7 @@ def no_more_descriptors(pid: int, left: int = 0) -> Iterator[None]:
 
 
 @pytest.fixture
-def running(service: Child, rig: str) -> Iterator[str]:
+def running(service: Started, rig: str) -> Iterator[str]:
     """The id of a campaign whose test moves the rig, and another one waits."""
     begun = post(service.url, campaign_of(rig, LONG))["id"]
     resume(service.url, rig)
@@ -59,14 +59,14 @@ def running(service: Child, rig: str) -> Iterator[str]:
     until(service.url, begun, ended)
 
 
-def served_again(service: Child) -> None:
+def served_again(service: Started) -> None:
     ends = time.monotonic() + 60
     while httpx.get(f"{service.url}/v1/rigs", timeout=30).status_code != 200:
         assert time.monotonic() < ends
         time.sleep(0.05)
 
 
-def stopped(service: Child, campaign: str) -> tuple[httpx.Response, float]:
+def stopped(service: Started, campaign: str) -> tuple[httpx.Response, float]:
     """The answer to a stop, and the seconds that it took."""
     begun = time.monotonic()
     answer = httpx.post(f"{service.url}/v1/campaigns/{campaign}/stop", timeout=60)
@@ -96,7 +96,7 @@ def test_a_service_with_too_few_descriptors_does_not_start_and_says_so_in_one_li
 
 
 def test_without_descriptors_others_are_refused_in_one_line_and_a_stop_reaches_the_rig(
-    service: Child, rig: str, running: str
+    service: Started, rig: str, running: str
 ) -> None:
     address = ("127.0.0.1", int(service.url.rpartition(":")[2]))
     with no_more_descriptors(service.pid), ExitStack() as stack:
@@ -127,7 +127,7 @@ def test_without_descriptors_others_are_refused_in_one_line_and_a_stop_reaches_t
 
 
 def test_without_descriptors_a_rig_whose_worker_was_killed_is_stopped_past_it(
-    service: Child, rig: str, running: str
+    service: Started, rig: str, running: str
 ) -> None:
     worker = worker_of(service.url, rig)
     with no_more_descriptors(service.pid):
@@ -141,7 +141,7 @@ def test_without_descriptors_a_rig_whose_worker_was_killed_is_stopped_past_it(
 
 
 def test_a_worker_without_descriptors_lets_campaigns_wait_and_goes_on_when_it_has_some(
-    service: Child, rig: str
+    service: Started, rig: str
 ) -> None:
     until(service.url, post(service.url, campaign_of(rig, SHORT))["id"], ended)
     with no_more_descriptors(worker_of(service.url, rig)):
@@ -154,7 +154,7 @@ def test_a_worker_without_descriptors_lets_campaigns_wait_and_goes_on_when_it_ha
 
 
 def test_a_run_of_a_worker_without_descriptors_is_whole_and_a_stop_of_it_reaches_the_rig(
-    service: Child, rig: str, running: str
+    service: Started, rig: str, running: str
 ) -> None:
     with no_more_descriptors(worker_of(service.url, rig)):
         answer = httpx.post(f"{service.url}/v1/campaigns/{running}/stop", timeout=30)

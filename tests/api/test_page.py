@@ -17,8 +17,8 @@ from typing import Any
 
 import pytest
 
-from api.processes.child import Child
 from tests.api.browser import Page, browser
+from tests.starting import Started
 
 pytestmark = pytest.mark.browser
 
@@ -31,7 +31,7 @@ class Desk:
     """Somebody who is signed in before the page."""
 
     page: Page
-    service: Child
+    service: Started
     base: str
     rig: str
     key: str
@@ -71,8 +71,10 @@ def desk(tmp_path_factory: pytest.TempPathFactory, chromium: Path) -> Iterator[D
     command = [sys.executable, "-m", "api.cli", "key", "create", "Ada", "--scope", "admin", "--data", lab]
     key = subprocess.run(command, check=True, capture_output=True, text=True, timeout=120).stdout.strip()
     with ExitStack() as stack:
-        rig = stack.enter_context(Child(["sim", "--listen", "modbus://127.0.0.1:0", "--seed", "3"], place / "sim.log"))
-        service = stack.enter_context(Child(["serve", "--data", lab, "--port", "0"], place / "serve.log"))
+        rig = stack.enter_context(
+            Started(["sim", "--listen", "modbus://127.0.0.1:0", "--seed", "3"], place / "sim.log")
+        )
+        service = stack.enter_context(Started(["serve", "--data", lab, "--port", "0"], place / "serve.log"))
         page = stack.enter_context(browser(chromium, place / "profile"))
         base = service.wait_until_ready(120.0)
         yield Desk(page=page, service=service, base=base, rig=rig.wait_until_ready(120.0), key=key)

@@ -20,9 +20,9 @@ from typing import Any
 import httpx
 import pytest
 
-from api.processes.child import Child
 from tests.api.certificate import a_certificate
 from tests.conftest import missing
+from tests.starting import Started
 
 DEPLOYED = Path(__file__).parents[2] / "deploy" / "nginx.conf"
 NAME = "rig.example"
@@ -112,7 +112,7 @@ def proxy(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Proxy]:
         for name, value in settings_in(text).items():
             patch.setenv(name, value)
         arguments = ["serve", "--data", str(folder / "lab"), "--port", "0"]
-        service = stack.enter_context(Child(arguments, folder / "serve.log"))
+        service = stack.enter_context(Started(arguments, folder / "serve.log"))
         served = service.wait_until_ready(120.0)
         ours = put(text, port=f"listen 127.0.0.1:{port}", pem=str(pem), key=str(secret), service=served)
         (folder / "damper-rig.conf").write_text(ours, encoding="utf-8")

@@ -16,10 +16,10 @@ from api.campaigns.records import Campaign, CampaignState
 from api.campaigns.store import CampaignStore
 from api.errors import Conflict, LeaseLost, NotFound
 from api.findings import Refused
-from api.processes.child import Child
 from api.store.database import Database
 from rigctl.runfile import read_run
 from tests.api.following import ended, get, post, states, until
+from tests.starting import Started
 
 SINE = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.005, "frequency": 4.0, "current": 0.5, "cycles": 2}
 TODAY = datetime.now(UTC).date()
@@ -100,7 +100,9 @@ def test_what_is_in_the_rig_reads_back_and_is_checked_when_it_is_accepted(
         NewCampaign(**body, calibrations=[{**CELL, "gain": 1.0}])
 
 
-def test_a_campaign_waits_for_its_operator_and_records_what_was_done(service: Child, rig: str, tmp_path: Path) -> None:
+def test_a_campaign_waits_for_its_operator_and_records_what_was_done(
+    service: Started, rig: str, tmp_path: Path
+) -> None:
     room = {"step": "gate", "of": "ambient", "min": 18.0, "max": 28.0}
     tests = [
         {**SINE, "name": "first", "before": [{"step": "prompt", "text": "Is the clevis fitted?"}, room]},

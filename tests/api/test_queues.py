@@ -19,13 +19,13 @@ from api.campaigns.rig_store import RigStore
 from api.campaigns.store import CampaignStore
 from api.campaigns.worker import close_left_open
 from api.errors import NotFound
-from api.processes.child import Child
 from api.store.database import Database
 from api.store.runs import RunStore
 from rigctl.device import Control
 from rigctl.player import connect
 from tests.api.following import ended, post, reached, resume, rig_of, until
 from tests.api.rigs import a_sim
+from tests.starting import Started
 
 RIG = "modbus://127.0.0.1:5020"
 LEASE_S = 20.0
@@ -140,7 +140,7 @@ def campaign_on(rig: str) -> dict[str, Any]:
 
 
 def test_one_emergency_stop_ends_one_campaign_and_the_others_wait_also_where_it_is_still_pressed(
-    service: Child,
+    service: Started,
 ) -> None:
     with a_sim("modbus://127.0.0.1:0", "--speed", "10", "--fault", "emergency_stop@0.5") as rig:
         sent = [post(service.url, campaign_on(rig))["id"] for _ in range(3)]
@@ -160,7 +160,7 @@ def test_one_emergency_stop_ends_one_campaign_and_the_others_wait_also_where_it_
 
 
 def test_a_rig_that_does_not_answer_or_that_another_host_commands_leaves_its_campaigns_waiting(
-    service: Child, rig: str
+    service: Started, rig: str
 ) -> None:
     nowhere = "modbus://127.0.0.1:9"
     lost = post(service.url, campaign_on(nowhere))["id"]
@@ -180,7 +180,7 @@ def test_a_rig_that_does_not_answer_or_that_another_host_commands_leaves_its_cam
 
 
 def test_a_campaign_that_asks_its_operator_when_the_service_is_stopped_waits_for_the_next_service(
-    service: Child, rig: str, tmp_path: Path
+    service: Started, rig: str, tmp_path: Path
 ) -> None:
     before = [{"step": "prompt", "text": "Is the clevis fitted?"}]
     body = {**campaign_on(rig), "tests": [{"name": "sine", **SHORT, "before": before}]}
@@ -193,6 +193,6 @@ def test_a_campaign_that_asks_its_operator_when_the_service_is_stopped_waits_for
         assert paused(rigs) == "campaign 'check' waits: the service was stopped"
 
 
-def test_only_a_rig_that_a_campaign_names_can_be_resumed_and_the_answer_says_so(service: Child) -> None:
+def test_only_a_rig_that_a_campaign_names_can_be_resumed_and_the_answer_says_so(service: Started) -> None:
     for body, status in (({"rig": RIG}, 404), ({}, 422), ({"rig": RIG, "now": True}, 422)):
         assert httpx.post(f"{service.url}/v1/rigs/resume", json=body, timeout=30).status_code == status

@@ -23,7 +23,6 @@ from api.campaigns.new_campaign import NewCampaign
 from api.campaigns.store import CampaignStore
 from api.cli.main import main
 from api.errors import DiskFull, InputError
-from api.processes.child import Child
 from api.settings import Settings
 from api.store.backup import Folders, back_up
 from api.store.check import check
@@ -39,6 +38,7 @@ from excitation.kinds import Kind
 from rigctl.runfile import Run, read_run
 from tests.api.following import ended, get, resume, rig_of, until
 from tests.api.serving import serving
+from tests.starting import Started
 
 SINE = {"name": "sine", "kind": "sine", "sample_rate": 1000.0, "amplitude": 0.005, "frequency": 4.0, "cycles": 2}
 BINARY = {"content-type": "application/octet-stream"}
@@ -445,7 +445,7 @@ def test_a_plan_that_names_a_file_of_the_service_is_refused_unread(client: httpx
 
 def test_what_kill_9_leaves_of_an_upload_is_removed_at_the_start(tmp_path: Path, file: Path) -> None:
     place = tmp_path / "lab" / "runs" / "samples"
-    with Child(["serve", "--data", str(tmp_path / "lab"), "--port", "0"], tmp_path / "serve.log") as child:
+    with Started(["serve", "--data", str(tmp_path / "lab"), "--port", "0"], tmp_path / "serve.log") as child:
         address = urlsplit(child.wait_until_ready())
         with httpx.Client(base_url=child.url, timeout=90) as client:
             [config] = stored(client, file)["configurations"]

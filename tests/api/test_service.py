@@ -20,6 +20,7 @@ from rigctl.player import connect
 from rigctl.runfile import read_run
 from tests.api.browser import browser
 from tests.api.following import ended, get, playing, post, resume, rig_of, states, until, until_rig, worker_of
+from tests.starting import Started
 
 SINE = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.01, "frequency": 2.0, "current": 0.8}
 SHORT = {**SINE, "cycles": 3}
@@ -42,7 +43,7 @@ def rig_state(rig: str) -> str:
         transport.close()
 
 
-def test_a_campaign_is_played_in_order_and_its_runs_can_be_fetched(service: Child, rig: str, tmp_path: Path) -> None:
+def test_a_campaign_is_played_in_order_and_its_runs_can_be_fetched(service: Started, rig: str, tmp_path: Path) -> None:
     asked = post(service.url, campaign(rig, SHORT, {**SHORT, "frequency": 4.0, "held_out": True}))
     assert asked["state"] == "accepted"
     done = until(service.url, asked["id"], ended)
@@ -68,7 +69,7 @@ def test_a_campaign_is_played_in_order_and_its_runs_can_be_fetched(service: Chil
     assert rig_state(rig) == "DISABLED"
 
 
-def test_an_abort_stops_the_rig_soon_and_keeps_what_was_captured(service: Child, rig: str) -> None:
+def test_an_abort_stops_the_rig_soon_and_keeps_what_was_captured(service: Started, rig: str) -> None:
     asked = post(service.url, campaign(rig, LONG, SHORT))
     before = until(service.url, asked["id"], playing)["tests"][0]["samples"]
     assert httpx.post(f"{service.url}/v1/campaigns/{asked['id']}/abort", timeout=60).status_code == 202
@@ -85,7 +86,7 @@ def order(base: str, asked: dict[str, Any], what: str) -> int:
     return httpx.post(f"{base}/v1/campaigns/{asked['id']}/{what}", timeout=30).status_code
 
 
-def test_a_campaign_holds_resumes_and_stops_over_http(service: Child, rig: str) -> None:
+def test_a_campaign_holds_resumes_and_stops_over_http(service: Started, rig: str) -> None:
     asked = post(service.url, campaign(rig, {**LONG, "cycles": 80}, LONG))  # 4 s, in which the hold must come
     waiting = post(service.url, campaign(rig, SHORT))
     until(service.url, asked["id"], playing)
@@ -115,7 +116,7 @@ def test_a_campaign_holds_resumes_and_stops_over_http(service: Child, rig: str) 
     assert until(service.url, waiting["id"], ended)["state"] == "done"
 
 
-def test_an_interlock_of_a_campaign_ends_it_and_says_why(service: Child, rig: str) -> None:
+def test_an_interlock_of_a_campaign_ends_it_and_says_why(service: Started, rig: str) -> None:
     asked = post(service.url, {**campaign(rig, LONG, SHORT), "interlocks": ["force:-1:1:stop"]})
     failed = until(service.url, asked["id"], ended)
     assert (failed["state"], states(failed), failed["interlocks"]) == (
@@ -128,7 +129,7 @@ def test_an_interlock_of_a_campaign_ends_it_and_says_why(service: Child, rig: st
 
 
 def test_a_campaign_that_is_refused_before_anything_moves_does_not_hold_up_the_next_one(
-    service: Child, rig: str
+    service: Started, rig: str
 ) -> None:
     beyond = post(service.url, campaign(rig, {**SHORT, "amplitude": 5.0}, SHORT))
     after = post(service.url, campaign(rig, SHORT))
@@ -139,7 +140,7 @@ def test_a_campaign_that_is_refused_before_anything_moves_does_not_hold_up_the_n
 
 
 def test_a_service_that_is_told_to_end_stops_the_rig_and_loses_no_accepted_campaign(
-    service: Child, rig: str, tmp_path: Path
+    service: Started, rig: str, tmp_path: Path
 ) -> None:
     running = post(service.url, campaign(rig, LONG))
     waiting = post(service.url, campaign(rig, SHORT))
@@ -157,7 +158,7 @@ def test_a_service_that_is_told_to_end_stops_the_rig_and_loses_no_accepted_campa
 
 
 def test_after_kill_9_of_a_worker_its_campaign_is_closed_truthfully_and_its_samples_are_kept(
-    service: Child, rig: str
+    service: Started, rig: str
 ) -> None:
     base = service.url
     running = post(base, campaign(rig, LONG))
@@ -185,7 +186,7 @@ def test_after_kill_9_of_a_worker_its_campaign_is_closed_truthfully_and_its_samp
 
 
 def test_after_kill_9_of_the_service_its_worker_brings_the_rig_to_rest_and_the_next_campaign_waits(
-    service: Child, rig: str, tmp_path: Path
+    service: Started, rig: str, tmp_path: Path
 ) -> None:
     running = post(service.url, campaign(rig, LONG))
     waiting = post(service.url, campaign(rig, SHORT))
@@ -234,7 +235,7 @@ def _alive(pid: int) -> bool:
 
 @pytest.mark.browser
 def test_the_live_page_draws_a_campaign_while_it_runs_and_when_it_has_ended(
-    service: Child, rig: str, chromium: Path, tmp_path: Path
+    service: Started, rig: str, chromium: Path, tmp_path: Path
 ) -> None:
     name = '<img src=x onerror="document.title=1">'
     with browser(chromium, tmp_path / "profile") as page:
@@ -273,7 +274,7 @@ def test_the_live_page_draws_a_campaign_while_it_runs_and_when_it_has_ended(
     assert until(service.url, waiting["id"], ended)["state"] == "done"
 
 
-def test_a_service_with_the_page_open_still_ends_at_once(service: Child) -> None:
+def test_a_service_with_the_page_open_still_ends_at_once(service: Started) -> None:
     with httpx.stream("GET", f"{service.url}/v1/live", timeout=60) as stream:
         lines = stream.iter_lines()
         assert "event: campaigns" in lines

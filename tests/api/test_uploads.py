@@ -20,7 +20,6 @@ import pytest
 from api.app import create_app
 from api.errors import Busy, DiskFull, InputError, TooSlow
 from api.jobs.process import check_in_process
-from api.processes.child import Child
 from api.processes.run_reader import RunReader
 from api.settings import Settings
 from api.store.database import Database
@@ -30,6 +29,7 @@ from rigctl.runfile import write_run
 from tests.api.measured import a_run
 from tests.api.serving import serving
 from tests.hostile_files import HOSTILE, UNUSUAL
+from tests.starting import Started
 
 WITHIN_S = 90.0
 
@@ -120,7 +120,7 @@ def wait_for(condition: object) -> None:
 
 def test_what_kill_9_leaves_of_an_upload_is_removed_at_the_start(tmp_path: Path, good: Path) -> None:
     uploads = tmp_path / "lab" / "runs" / "uploads"
-    with Child(["serve", "--data", str(tmp_path / "lab"), "--port", "0"], tmp_path / "serve.log") as child:
+    with Started(["serve", "--data", str(tmp_path / "lab"), "--port", "0"], tmp_path / "serve.log") as child:
         address = urlsplit(child.wait_until_ready())
         with socket.create_connection((address.hostname, address.port)) as connection:
             head = f"POST /v1/runs?name=a.h5 HTTP/1.1\r\nHost: {address.netloc}\r\nContent-Length: 1000000\r\n\r\n"

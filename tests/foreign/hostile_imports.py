@@ -6,6 +6,7 @@ import io
 import struct
 import zipfile
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -23,6 +24,11 @@ def text(content: str | bytes) -> Writer:
     return lambda path: path.write_bytes(raw)
 
 
+def made(content: Callable[[], bytes]) -> Writer:
+    """The same of bytes that are made only when the file is: some take a second."""
+    return lambda path: path.write_bytes(content())
+
+
 def with_line(number: int, line: str) -> Writer:
     """The file with one line replaced, counted from 1."""
     lines = (HEAD + BODY).splitlines()
@@ -35,10 +41,10 @@ def cut(style: str, share: float) -> Writer:
     ending, write = BINARY_STYLES[style]
 
     def make(path: Path) -> None:
-        made = path.with_name(f"whole{ending}")
-        write(made)
-        path.write_bytes(made.read_bytes()[: int(share * made.stat().st_size)])
-        made.unlink()
+        whole = path.with_name(f"whole{ending}")
+        write(whole)
+        path.write_bytes(whole.read_bytes()[: int(share * whole.stat().st_size)])
+        whole.unlink()
 
     return make
 
@@ -48,10 +54,10 @@ def scrambled(style: str) -> Writer:
     ending, write = BINARY_STYLES[style]
 
     def make(path: Path) -> None:
-        made = path.with_name(f"whole{ending}")
-        write(made)
-        raw = bytearray(made.read_bytes())
-        made.unlink()
+        whole = path.with_name(f"whole{ending}")
+        write(whole)
+        raw = bytearray(whole.read_bytes())
+        whole.unlink()
         raw[len(raw) // 20 : len(raw) // 4] = b"\xa5" * (len(raw) // 4 - len(raw) // 20)
         path.write_bytes(raw)
 
@@ -82,14 +88,14 @@ def xlsx(sheet: bytes, *, packed: bool = True, more: dict[str, bytes] | None = N
         "xl/_rels/workbook.xml.rels": f'{relation}officeDocument/2006/relationships/worksheet" '
         'Target="worksheets/sheet1.xml"/></Relationships>',
     }
-    made = io.BytesIO()
-    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED if packed else zipfile.ZIP_STORED) as archive:
+    packed_in = io.BytesIO()
+    with zipfile.ZipFile(packed_in, "w", zipfile.ZIP_DEFLATED if packed else zipfile.ZIP_STORED) as archive:
         for name, content in parts.items():
             archive.writestr(name, content)
         archive.writestr("xl/worksheets/sheet1.xml", sheet)
         for name, raw in (more or {}).items():
             archive.writestr(name, raw)
-    return made.getvalue()
+    return packed_in.getvalue()
 
 
 def cells(lines: list[list[str]]) -> str:
@@ -113,6 +119,11 @@ def entities() -> bytes:
     lines = ['<!ENTITY a0 "1111111111">', *(f'<!ENTITY a{k} "{f"&a{k - 1};" * 10}">' for k in range(1, 10))]
     doctype = f"<!DOCTYPE w [{''.join(lines)}]>"
     return xlsx(SHEET.format(doctype=doctype, rows=cells([["<c><v>&a9;</v></c>", "<c><v>2</v></c>"]] * 3)).encode())
+
+
+@cache
+def zip_bomb() -> bytes:
+    return xlsx(b"<a>" + b"0" * (256 << 20))
 
 
 def far_cell() -> bytes:
@@ -194,12 +205,12 @@ HOSTILE_TEXTS: Final[dict[str, tuple[Writer, str]]] = {
 
 HOSTILE_FILES: Final[dict[str, tuple[str, Writer, str]]] = {
     "a zip that is no workbook": (".xlsx", text(b"PK\x03\x04" + bytes(100)), "not a file of XLSX"),
-    "a workbook of formulas without values": (".xlsx", text(formulas()), ""),
-    "a zip bomb": (".xlsx", text(xlsx(b"<a>" + b"0" * (256 << 20))), "unpacks from"),
-    "entities that unfold": (".xlsx", text(entities()), "not a file of XLSX"),
-    "a cell at the end of a sheet": (".xlsx", text(far_cell()), ""),
+    "a workbook of formulas without values": (".xlsx", made(formulas), ""),
+    "a zip bomb": (".xlsx", made(zip_bomb), "unpacks from"),
+    "entities that unfold": (".xlsx", made(entities), "not a file of XLSX"),
+    "a cell at the end of a sheet": (".xlsx", made(far_cell), ""),
     "an old workbook": (".xls", text(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(500)), "save it as .xlsx"),
-    "an empty workbook": (".xlsx", text(xlsx(SHEET.format(doctype="", rows="").encode())), "empty"),
+    "an empty workbook": (".xlsx", made(lambda: xlsx(SHEET.format(doctype="", rows="").encode())), "empty"),
     "MATLAB 7.3 with an external link": (".mat", mat73_with_link, "link"),
     "MATLAB that unpacks to far more": (".mat", mat_bomb, "unpacks to more than"),
     "Parquet of 20 million rows": (".parquet", parquet_of_many_rows, "rows"),

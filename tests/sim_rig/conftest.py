@@ -24,6 +24,7 @@ from sim_rig.fifo import FIFO_SAMPLES
 from sim_rig.plant import SimulatedPlant
 from sim_rig.rig import SimulatedRig
 from sim_rig.specimens import SPECIMENS
+from tests.starting import Started
 
 
 class FakeClock:
@@ -165,22 +166,30 @@ def a_process(url: str, speed: float) -> Iterator[tuple[subprocess.Popen[str], s
             process.kill()
 
 
+@contextmanager
+def a_fast_sim(url: str) -> Iterator[str]:
+    with Started(["sim", "--listen", url, "--speed", "50", "--seed", "3"]) as process:
+        yield process.wait_until_ready()
+
+
 @pytest.fixture(scope="module")
 def modbus_rig() -> Iterator[str]:
-    with a_process("modbus://127.0.0.1:0", 50.0) as (_, url):
+    with a_fast_sim("modbus://127.0.0.1:0") as url:
         yield url
 
 
 @pytest.fixture(scope="module")
 def can_rig() -> Iterator[str]:
-    with a_process(f"can://loopback/test-{os.getpid()}", 50.0) as (_, url):
+    with a_fast_sim(f"can://loopback/test-{os.getpid()}") as url:
         yield url
 
 
 @pytest.fixture(scope="module")
 def can_fd_rig() -> Iterator[str]:
-    with a_process(f"can://loopback/test-fd-{os.getpid()}?fd=true", 50.0) as (_, url):
-        yield url
+    with Started(
+        ["sim", "--listen", f"can://loopback/test-fd-{os.getpid()}?fd=true", "--speed", "50", "--seed", "3"]
+    ) as process:
+        yield process.wait_until_ready()
 
 
 @pytest.fixture

@@ -12,6 +12,8 @@ from typing import Any
 import can
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from excitation.kinds import Kind
 from excitation.plan import Test
@@ -28,6 +30,7 @@ from rigctl.player import PlayerSettings, play
 from rigctl.runfile import read_run
 from rigctl.transport import SetpointBlock
 from sim_rig.can_server import CanDevice
+from sim_rig.fifo import CaptureStore
 from sim_rig.registers import RegisterDevice
 from tests.sim_rig.virtual import VirtualBus, wire_to
 
@@ -406,3 +409,20 @@ def test_a_frame_that_is_65536_numbers_late_is_refused(bench: Callable[..., Any]
     assert b.rig.controller.fifo.level == 0, "number 0 of this run is over"
     deliver(65536)
     assert b.rig.controller.fifo.level == 9
+
+
+@given(
+    blocks=st.lists(st.integers(0, 5), max_size=8),
+    acknowledged=st.integers(0, 12),
+    sent=st.integers(0, 40),
+    most=st.integers(1, 30),
+)
+def test_what_is_sent_next_is_what_a_fetch_of_all_holds_beyond_what_was_sent(
+    blocks: list[int], acknowledged: int, sent: int, most: int
+) -> None:
+    store = CaptureStore(run_id=3)
+    for k, samples in enumerate(blocks):
+        store.append(k + np.arange(5.0 * samples).reshape(samples, 5))
+    store.acknowledge(3, acknowledged)
+    ahead = min(sent, store.backlog)
+    np.testing.assert_array_equal(store.beyond(ahead, most), store.fetch(most).values[ahead:])
