@@ -1,8 +1,9 @@
 """Fit the confidence to judged names: `python -m benchmarks.explain.calibrate OUTCOMES.jsonl …`.
 
-The names of cases with an even seed are fitted; reliability is shown on both halves, beside the confidence that was
-stated when the cases were judged. `--collect KIND:FIRST:END[:RUNS]` judges cases first and appends them to the first
-file; those that it has already are not run again. `--write` puts the table where `identification` reads it.
+Reliability is shown by cross-validation, each name judged by a table that no name of its seed was fitted to, beside the
+confidence that was stated when the cases were judged. `--collect KIND:FIRST:END[:RUNS]` judges cases first and appends
+them to the first file; those that it has already are not run again. `--write` puts the table where `identification`
+reads it.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from identification.discrepancy.confidence_table import PATH, table_to_json
 
 STATED = FORM.min_confidence
 SURE_AND_RIGHT = 0.99  # share of the names stated as sure that is to be right
+PARTS = 11  # of the cross-validation; a prime, as the kinds of specimen come in rows of seeds
 _PENALTY = 1.0  # on half the squared weights of the doubts in units of their scatter: each is of the order of one
 
 Floats = NDArray[np.float64]
@@ -116,16 +118,19 @@ def reliability(confidences: Sequence[float], true: Sequence[bool]) -> str:
     return f"{counts}{error:>8.3f}{brier:>8.4f}"
 
 
-def shown(names: Sequence[JudgedName], table: Table) -> str:
-    """Reliability of the table and of the confidence that was stated, on each half."""
-    lines = [f"{'':<34}{'right, stated':>14}{'right ≥ 0.9':>14}{'ECE':>8}{'Brier':>8}"]
-    for title, half in (("fitted half", 0), ("other half", 1)):
-        these = [n for n in names if n.seed % 2 == half]
-        true = [n.true for n in these]
-        title = f"{title}, {sum(true)} of {len(true)} true"
-        for how, values in (("as stated", [n.stated for n in these]),
-                            ("table", [confidence(n.features, table) for n in these])):  # fmt: skip
-            lines.append(f"{title:<24}{how:<10}{reliability(values, true)}")
+def left_out(names: Sequence[JudgedName]) -> list[float]:
+    """Confidence of every name by a table that was fitted to the other parts; the names of one seed are one part's."""
+    parts = [n.seed % PARTS for n in names]
+    tables = [fitted([n for n, part in zip(names, parts, strict=True) if part != k]) for k in range(PARTS)]
+    return [confidence(n.features, tables[part]) for n, part in zip(names, parts, strict=True)]
+
+
+def shown(names: Sequence[JudgedName]) -> str:
+    """Reliability of the confidence that was stated, and of tables that were fitted without each name."""
+    true = [n.true for n in names]
+    lines = [f"{f'{sum(true)} of {len(true)} true':<24}{'right, stated':>14}{'right ≥ 0.9':>14}{'ECE':>8}{'Brier':>8}"]
+    for how, values in (("as stated", [n.stated for n in names]), ("cross-validated", left_out(names))):
+        lines.append(f"{how:<24}{reliability(values, true)}")
     return "\n".join(lines)
 
 
@@ -160,8 +165,8 @@ def main() -> None:
             collect(judge, todo, first, executor, in_a_line)
     every = {_case(o): o for path in reversed(arguments.outcomes) for o in read(path)}  # the first file counts
     names = names_in(list(every.values()))
-    table = fitted([n for n in names if n.seed % 2 == 0])
-    print(shown(names, table))
+    table = fitted(names)
+    print(shown(names))
     print("at most {:.2f} from one run, {:.2f} from two".format(*table.most))
     print(f"sure from {table.sure_from:.3f}")
     print(f"log odds without a doubt {table.without_doubt:.2f}; weights of the doubts:")

@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from benchmarks.explain.calibrate import JudgedName, cases_of, fitted, names_in, reliability, shown
+from benchmarks.explain.calibrate import PARTS, JudgedName, cases_of, fitted, left_out, names_in, reliability, shown
 from benchmarks.explain.summary import expected_calibration_error
 from identification.discrepancy.confidence import DOUBTS, Features, Table, confidence
 
@@ -61,10 +61,18 @@ def test_a_stronger_penalty_gives_smaller_weights() -> None:
     assert held < free
 
 
-def test_both_halves_are_shown_as_stated_and_by_the_table() -> None:
-    lines = shown(NAMES, fitted([n for n in NAMES if n.seed % 2 == 0])).splitlines()
-    assert [("as stated" in line, "table" in line) for line in lines[1:]] == [(True, False), (False, True)] * 2
-    assert sum("fitted half" in line for line in lines) == sum("other half" in line for line in lines) == 2
+def test_each_name_is_judged_by_a_table_that_no_name_of_its_seed_was_fitted_to() -> None:
+    few = [replace(n, seed=n.seed % 40) for n in NAMES[:400]]
+    others = fitted([n for n in few if n.seed % PARTS != 3])
+    said = left_out(few)
+    assert [c for n, c in zip(few, said, strict=True) if n.seed % PARTS == 3] == [
+        confidence(n.features, others) for n in few if n.seed % PARTS == 3
+    ]
+
+
+def test_the_names_are_shown_as_stated_and_by_tables_fitted_without_them() -> None:
+    lines = shown(NAMES[:400]).splitlines()
+    assert [line.split("  ")[0] for line in lines[1:]] == ["as stated", "cross-validated"]
 
 
 def test_reliability_counts_right_names() -> None:
