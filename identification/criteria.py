@@ -154,6 +154,11 @@ class Form:
     power that is beside its strongest line where it is one sine. Half and double: how near to a harmonic a tone is
     still sought."""
 
+    clocks: float = 0.002
+    """Share by which the frequency of one tone may differ between two runs: the sample clocks of two recorders by 0.1 %
+    each. A supply of 50 Hz keeps to as much. Half: of runs with such clocks one may lose the tone; double: what is near
+    it in the residual of a long run may take its place."""
+
     tone_lines: float = 2.0
     """Lines of the spectrum between a tone and what is known to a line: the mean, a harmonic of a sine, the Nyquist
     frequency. The main lobe of a rectangular window is one line wide on each side. Half: the skirt of a harmonic may be

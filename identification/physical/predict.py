@@ -13,6 +13,7 @@ from identification.physical.elements.equations.control import effective_current
 from identification.physical.model import Element, Model, Parameter
 from identification.physical.simulate import simulate, without_hum
 from identification.record import Record
+from identification.tone import frequency_in
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -25,9 +26,9 @@ _FEWEST = 2  # samples: one is no motion
 def predict(model: Model, record: Record, *, gradient: bool | Mask = False) -> tuple[Floats, Floats | None]:
     """Simulated force in the record's window, (M,), N, and, where asked, its gradient (M, P); see `simulate`.
 
-    A model on top of another program's simulation adds to that. Mains hum has a phase of its own in every run: it is
-    set to the one that fits this record best. So is what the current before the run left in a magnetic circuit with
-    hysteresis.
+    A model on top of another program's simulation adds to that. Mains hum has a phase of its own in every run, and a
+    frequency by its clock: they are set to those that fit this record best. So is what the current before the run left
+    in a magnetic circuit with hysteresis.
     """
     if model.has(TONE.name):
         model = in_phase(model, record)
@@ -71,7 +72,7 @@ def _until_forgotten(apart: Floats, record: Record) -> NDArray[np.int64]:
 
 
 def in_phase(model: Model, record: Record) -> Model:
-    """The model with the phase of its mains hum as it is in `record`."""
+    """The model with phase and frequency of its mains hum as they are in `record`."""
     rest = record.force - simulate(without_hum(model), record.motion).force
     if record.simulated is not None:
         rest = rest - record.simulated
@@ -80,8 +81,9 @@ def in_phase(model: Model, record: Record) -> Model:
 
 
 def _turned(hum: Element, rest: Floats, record: Record) -> tuple[Parameter, ...]:
-    turn = 2.0 * np.pi * hum.value("frequency") * record.motion.t[record.window]
     late = rest[record.window]
-    phase = float(np.arctan2(np.dot(late, np.cos(turn)), np.dot(late, np.sin(turn))))
     amplitude, frequency, old = hum.parameters
-    return amplitude, frequency, replace(old, value=phase)
+    own = frequency_in(record, late, frequency.value)
+    turn = 2.0 * np.pi * own * record.motion.t[record.window]
+    phase = float(np.arctan2(np.dot(late, np.cos(turn)), np.dot(late, np.sin(turn))))
+    return amplitude, replace(frequency, value=own), replace(old, value=phase)

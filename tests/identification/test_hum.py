@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.discrepancy.hum import find_hum
+from identification.discrepancy.hum import find_hum, hum_in
+from identification.physical.model import Model, element
+from identification.physical.predict import predict
 from identification.record import Record, record_from_run
 from rigctl.runfile import Run
 
@@ -61,3 +63,34 @@ def test_runs_whose_periods_all_but_repeat_a_tone_do_not_draw_it_to_where_they_w
     assert hum is not None
     assert hum.frequency_hz == pytest.approx(frequency_hz, abs=0.001)
     assert hum.amplitude == pytest.approx(5.0, rel=0.02)
+
+
+def a_rough_record(seed: int, *, clock: float) -> Record:
+    """Noise-like motion; the recorder takes a sample every (1 + clock) steps of the time that it states."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(SAMPLES) / RATE_HZ
+    lines = rng.uniform(0.5, 6.0, 40)
+    x = 1e-3 * np.sin(2 * np.pi * np.outer(t, lines) + rng.uniform(0.0, 6.28, 40)).sum(axis=1)
+    hum = 5.0 * np.sin(2 * np.pi * 50.0 * (1.0 + clock) * t + rng.uniform(0.0, 6.28))
+    force = 2000.0 * np.gradient(x, t) + hum + rng.normal(0.0, 0.5, t.size)
+    return record_from_run(
+        Run(
+            run_id=f"rough{seed}", created="2026-11-27T00:00:00+00:00", specimen="", sample_rate_hz=RATE_HZ,
+            period_samples=0, excitation_kind="custom", status="complete",
+            channels={"displacement": x, "force": force}, units={"displacement": "m", "force": "N"},
+        )
+    )  # fmt: skip
+
+
+def test_a_tone_of_which_the_clocks_of_the_runs_tell_other_frequencies_is_one_hum_and_goes_whole() -> None:
+    records = [a_rough_record(k, clock=clock) for k, clock in enumerate((-0.001, 0.0002, 0.001, -0.0006))]
+    base = Model(name="rough", elements=(element("viscous_damping", {"c": 2000.0, "c_control": 0.0}),))
+    residuals = [r.measured - predict(base, r)[0] for r in records]
+    hum = find_hum(residuals, records)
+    assert hum is not None
+    assert hum.frequency_hz == pytest.approx(50.0, abs=0.05)
+    assert hum.amplitude == pytest.approx(5.0, rel=0.05)
+    assert hum.scatter < 0.05
+    for residual, record in zip(residuals, records, strict=True):
+        assert np.std(residual - hum_in(record, residual, hum)[record.window]) < 1.0
+        assert np.std(record.measured - predict(base.with_element(hum.element()), record)[0]) < 1.0

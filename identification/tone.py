@@ -1,0 +1,115 @@
+"""A tone in a record: what can be seen of it beside the motion, and its frequency by the clock of that record."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.criteria import BUDGET, CHANCE, FORM
+from identification.record import Record
+
+Floats = NDArray[np.float64]
+
+
+def frequency_in(record: Record, residual: Floats, common_hz: float) -> float:
+    """Frequency of a tone in the residual (M,), N, of one record, Hz: clocks and supplies differ by `FORM.clocks`."""
+    near = Near(changing(residual, record), record.motion.t[record.window], common_hz)
+    return refined(common_hz, [near], [sight_of(record)], FORM.clocks * common_hz)
+
+
+def changing(residual: Floats, record: Record) -> Floats:
+    """The residual less its mean, and less what every period of the motion repeats: that is no tone of its own."""
+    period = record.period
+    if not period or residual.size < 2 * period:
+        return residual - np.mean(residual)
+    periods = residual.reshape(-1, period)
+    return np.asarray((periods - periods.mean(axis=0)).ravel())
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """How far a tone can be seen in a record."""
+
+    samples: int
+    period: int
+    dt: float
+    sigma: float
+    fundamental: float | None  # Hz, of a motion that is one sine and has no two periods to compare
+
+    def left(self, frequency: float) -> float:
+        """Share of a tone's amplitude that `changing` leaves of it; none of one that a sine's harmonics may hide.
+
+        A tone e^{iωt} has the mean period D·e^{iωt}, D = Σ e^{iωTk}/P over the P periods T: 1 − |D|² of it is left.
+        """
+        if self.period:
+            turn = 2.0 * np.pi * frequency * self.period * self.dt * np.arange(self.samples // self.period)
+            return 1.0 - float(np.abs(np.mean(np.exp(1j * turn))) ** 2)
+        if self.fundamental is None:
+            return 1.0
+        harmonic = round(frequency / self.fundamental)
+        away = abs(frequency - harmonic * self.fundamental) * self.samples * self.dt
+        return 0.0 if away < FORM.tone_lines and harmonic > 0 else 1.0
+
+    def weight(self, frequency: float) -> float:
+        """Of the power at a frequency in what is left: then a tone weighs most at its own, however little is left."""
+        left = self.left(frequency)
+        return self.samples / self.sigma**2 / left if left > CHANCE.rounding else 0.0
+
+
+def sight_of(record: Record) -> Sight:
+    samples = record.measured.size
+    period = record.period if samples >= 2 * record.period else 0
+    return Sight(samples, period, record.dt, record.sigma, None if period else _fundamental(record))
+
+
+def _fundamental(record: Record) -> float | None:
+    """Frequency of a motion that is one sine, Hz, between the lines by the parabola through its peak, else None."""
+    x = record.motion.x[record.window]
+    power = np.abs(np.fft.rfft((x - np.mean(x)) * np.hanning(x.size))) ** 2
+    k = int(np.argmax(power[1:-1])) + 1
+    if np.sum(power[max(k - 2, 0) : k + 3]) <= (1.0 - FORM.tone_left) * np.sum(power):
+        return None
+    below, peak, above = np.log(np.maximum(power[k - 1 : k + 2], 1e-300))
+    return float(k + 0.5 * (below - above) / (below - 2.0 * peak + above)) / (x.size * record.dt)
+
+
+class Near:
+    """A residual demodulated at one frequency and summed in blocks, so that amplitudes near it cost little."""
+
+    def __init__(self, residual: Floats, times: Floats, centre: float) -> None:
+        self.samples, self.width, self.centre = residual.size, 1.0 / float(np.ptp(times)), centre
+        demodulated = residual * np.exp(-2j * np.pi * centre * times)
+        starts = np.arange(0, residual.size, -(-residual.size // BUDGET.tone_blocks))
+        self._sums = np.add.reduceat(demodulated, starts)
+        self._times = np.add.reduceat(times, starts) / np.diff(np.append(starts, residual.size))
+
+    def amplitudes(self, frequencies: Floats) -> Floats:
+        """Amplitude at each frequency (K,) within some lines of the centre, (K,), N."""
+        turns = np.exp(-2j * np.pi * np.outer(frequencies - self.centre, self._times))
+        out: Floats = 2.0 * np.abs(turns @ self._sums) / self.samples
+        return out
+
+    def tone(self, frequency: float) -> tuple[float, float]:
+        """Amplitude at a frequency, and its power over the level of the lines beside it."""
+        beside = self.amplitudes(frequency + self.width * np.array([*range(-14, -2), *range(3, 15)]))
+        amplitude = float(self.amplitudes(np.array([frequency]))[0])
+        return amplitude, amplitude**2 / max(float(np.median(beside**2)) / np.log(2.0), 1e-300)
+
+
+def refined(coarse: float, near: Sequence[Near], sights: Sequence[Sight], reach: float) -> float:
+    """Frequency of the largest common power within `reach` of `coarse`, Hz, to a hundredth of a line."""
+    line = min(n.width for n in near)
+    frequency, span = coarse, reach
+    while True:
+        steps = max(5, int(np.ceil(5.0 * min(span, reach) / line)))
+        grid = frequency + np.linspace(-span, span, 2 * steps + 1)
+        power = sum(
+            n.amplitudes(grid) ** 2 * np.array([s.weight(f) for f in grid]) for n, s in zip(near, sights, strict=True)
+        )
+        frequency = float(grid[int(np.argmax(power))])
+        if span <= 0.05 * line:
+            return frequency
+        span = span / steps
