@@ -13,20 +13,33 @@ from identification.record import Record
 
 Floats = NDArray[np.float64]
 
+_FEWEST = 8  # samples whose spectrum has a line with one on each side
+
 
 def frequency_in(record: Record, residual: Floats, common_hz: float) -> float:
-    """Frequency of a tone in the residual (M,), N, of one record, Hz: clocks and supplies differ by `FORM.clocks`."""
+    """Frequency of a tone in the residual (M,), N, of one record, Hz: clocks and supplies differ by `FORM.clocks`.
+
+    The common one, where a record has fewer than two samples of its cycle, or hardly any.
+    """
+    if not common_hz < 0.5 / record.dt or residual.size < _FEWEST:
+        return common_hz
     near = Near(changing(residual, record), record.motion.t[record.window], common_hz)
     return refined(common_hz, [near], [sight_of(record)], FORM.clocks * common_hz)
 
 
 def changing(residual: Floats, record: Record) -> Floats:
     """The residual less its mean, and less what every period of the motion repeats: that is no tone of its own."""
-    period = record.period
-    if not period or residual.size < 2 * period:
+    period = _repeating(record, residual.size)
+    if not period:
         return residual - np.mean(residual)
     periods = residual.reshape(-1, period)
     return np.asarray((periods - periods.mean(axis=0)).ravel())
+
+
+def _repeating(record: Record, samples: int) -> int:
+    """The period of a record of which so many samples are two whole ones or more, else 0."""
+    period = record.period
+    return period if period and samples >= 2 * period and samples % period == 0 else 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +74,7 @@ class Sight:
 
 def sight_of(record: Record) -> Sight:
     samples = record.measured.size
-    period = record.period if samples >= 2 * record.period else 0
+    period = _repeating(record, samples)
     return Sight(samples, period, record.dt, record.sigma, None if period else _fundamental(record))
 
 

@@ -94,3 +94,17 @@ def test_a_tone_of_which_the_clocks_of_the_runs_tell_other_frequencies_is_one_hu
     for residual, record in zip(residuals, records, strict=True):
         assert np.std(residual - hum_in(record, residual, hum)[record.window]) < 1.0
         assert np.std(record.measured - predict(base.with_element(hum.element()), record)[0]) < 1.0
+
+
+@pytest.mark.parametrize("frequency_hz", [0.0, 50.0, 499.9, 500.0, 1e9])
+@pytest.mark.parametrize("left_out", [0, 700, SAMPLES - 3])
+def test_a_model_with_a_tone_of_any_frequency_is_simulated_on_any_part_of_a_run(
+    frequency_hz: float, left_out: int
+) -> None:
+    record = a_record(period=2000)
+    record = replace(record, window=np.arange(SAMPLES)[: SAMPLES - left_out])
+    hum = element("mains_hum", {"amplitude": 1.0, "frequency": frequency_hz, "phase": 0.0})
+    base = Model(name="rough", elements=(element("viscous_damping", {"c": 300.0, "c_control": 0.0}),))
+    force, _ = predict(base.with_element(hum), record)
+    assert force.size == record.measured.size == SAMPLES - left_out
+    assert np.max(np.abs(force - predict(base, record)[0])) <= 1.0 + 1e-9
