@@ -70,16 +70,16 @@ def at_limit(e: Element) -> bool:
 def admissible(model: Model, records: Sequence[Record], scales: Scales) -> list[str]:
     """Names that might be added to `model` and that these records could show at all.
 
-    Left out: what the model has, what acts on a current or a temperature that does not vary, and a constant force
-    beside a free one or a free preload, which is the same thing; on top of a foreign simulation all that changes its
-    inside. Elements that are found in another way, such as a tone, have no first values here.
+    Left out: what the model has, or has a finer shape for; what acts on a current or a temperature that does not vary;
+    a constant force beside a free one or a free preload, which is the same thing; on top of a foreign simulation all
+    that changes its inside. Elements that are found in another way, such as a tone, have no first values here.
     """
     foreign = any(r.simulated is not None for r in records)  # whose inside nobody can reach
     current = any(r.has_current for r in records) and scales.current_high > scales.current_low
     warm, constant = _temperature_varies(records), _free_constant(model)
     names = []
     for name, spec in CATALOGUE.items():
-        taken = any(e.name == name and not _idle(e) for e in model.elements)
+        taken = any((e.name == name and not _idle(e)) or e.name in spec.finer_of for e in model.elements)
         blind = spec.needs_current and not (current and (spec.path != "control" or model.needs_current))
         cold = spec.needs_temperature and not warm
         hidden = spec.constant_force and constant

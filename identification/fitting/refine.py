@@ -16,15 +16,16 @@ from identification.record import Record
 from identification.scales import scales_of
 
 
-def refine_curve(fit: Fit, index: int, records: Sequence[Record], *, gains: bool = True) -> Fit:
+def refine_curve(fit: Fit, index: int, records: Sequence[Record], *, gains: bool = True, named: bool = False) -> Fit:
     """The fit with the finer shape of one element free, where it has one and the data show it; else as it is.
 
     The same, with `gains`, with its gain on the current. Of the two the one that explains more comes first. Before
-    them, a friction that may act beside the mount is tried there.
+    them, a friction that may act beside the mount is tried there. Some shapes are for an element that is `named`.
     """
     specs = fit.model.elements[index].spec.parameters
     fit = beside_or_within(fit, index, records)
-    shape = {k: _start(s, records, fit.rms) for k, s in enumerate(specs) if s.refinement and not (s.gain or s.switch)}
+    shapes = [k for k, s in enumerate(specs) if s.refinement and not (s.gain or s.switch) and (named or not s.late)]
+    shape = {k: _start(specs[k], records, fit.rms) for k in shapes}
     gains = gains and any(r.has_current for r in records)
     grows = {k: Parameter(value=0.0) for k, s in enumerate(specs) if s.refinement and s.gain and gains}
     ways = [shape, grows]
@@ -101,7 +102,7 @@ def _refitted(fit: Fit, index: int, parameters: tuple[Parameter, ...], records: 
 def refine_curves(fit: Fit, records: Sequence[Record], *, gains: bool = True) -> Fit:
     """The fit with every finer shape free that the data show; with `gains`, what grows with the current too."""
     for index in range(len(fit.model.elements)):
-        fit = refine_curve(fit, index, records, gains=gains)
+        fit = refine_curve(fit, index, records, gains=gains, named=True)
     return fit
 
 
@@ -135,6 +136,7 @@ def _start(spec: ParameterSpec, records: Sequence[Record], gap: float) -> Parame
     typical = {
         "m/s": scales.speeds[0],
         "m": FORM.minor * scales.x_rms,
+        "N": scales.force,
         "s": scales.motion_time,
         "1/s": (scales.motion_time * scales.duration) ** -0.5,
     }

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,11 +24,13 @@ from identification.physical.rigid import rigid
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Number = TypeVar("Number", float, int)
 
 _SAME_TEMPERATURE_K = 0.05  # a body this steady is at one temperature: fade is some 0.5 % per kelvin
 _SETTLED = 1e-4  # of the force: a period that ends as near to the one before has forgotten the start
 _AHEAD = (0.25, 1.0, 2.0, 4.0)  # periods before one that repeats; what holds on longer is a matter of how it began
 _REVERSAL_SUBSTEPS = 4
+_SOFT = {"soft": "air", "f_soft": "f_half"}  # how the halves of a joint meet, and as what that acts in a mount
 _PLAY_SUBSTEPS = 16  # a rigid contact rings at some kHz; all of its error sits in the samples of an impact
 
 
@@ -233,8 +236,9 @@ def _amplitude_velocity(motion: Motion) -> Floats:
 def mount_of(mount: Sequence[Element], remembers: bool) -> tuple[Mount, int]:
     """The mount as the loops see it, and the substeps at an event."""
     placed = {s.place: p.value for e in mount for s, p in zip(e.spec.parameters, e.parameters, strict=True) if s.place}
-    worn = set(placed) <= {"gap", "air", "f_half", "side"}  # a joint without a bush
+    worn = not set(placed) - {"gap", "air", "f_half", "side", *_SOFT}  # a joint without a bush
     k, c = (RIGID_STIFFNESS, RIGID_DAMPING) if worn else (0.0, 0.0)
+    placed = _met_softly(placed)
     values = {"k": k, "c": c, "gap": 0.0, "k2": 0.0, "c2": 0.0, "c_control": 0.0, "air": 0.0, "f_half": 1.0,
               "side": 0.0, "k_slip": 1.0, "f_slip": 0.0, **placed}  # fmt: skip
     substeps = _REVERSAL_SUBSTEPS if remembers or values["f_slip"] > 0.0 else 1
@@ -245,7 +249,14 @@ def _mount_columns(mount: Sequence[Element], numbers: NDArray[np.int64]) -> Moun
     """The column of the gradient of each part of the mount, −1 where none is wanted."""
     places = [s.place for e in mount for s in e.spec.parameters]
     columns = {str(place): int(number) for place, number in zip(places, numbers, strict=True)}
+    columns = _met_softly(columns)
     return Mount(**{name: columns.get(name, -1) for name in Mount._fields})
+
+
+def _met_softly(placed: Mapping[str, Number]) -> dict[str, Number]:
+    """What lies at each place of a mount: the halves of a joint meet as air gives way, unless there is air."""
+    joint = {_SOFT[place]: p for place, p in placed.items() if place in _SOFT}
+    return joint | {place: p for place, p in placed.items() if place not in _SOFT}
 
 
 def without_hum(model: Model) -> Model:

@@ -53,7 +53,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "relaxing_compliance": {"k1": 1.2e6, "k2": 4e5, "c2": 3e3},
     "rubber_bush": {"k": 8e5, "c": 300, "k_slip": 6e5, "f_slip": 60},
     "series_dashpot": {"c": 5e4, "c_control": 1e4},
-    "free_play": {"gap": 1e-3},
+    "free_play": {"gap": 1e-3, "soft": 5e-4, "f_soft": 60.0},
     "aerated_oil": {"air": 2e-3, "f_half": 80.0, "side": -0.4},
     "control_lag": {"tau": 0.012},
     "coil_lag": {"tau_rise": 0.012, "tau_fall": 0.03},

@@ -133,16 +133,22 @@ ROWS: Final = (
         name="free_play",
         family=Family.MOUNT,
         title="free play in the mount",
-        equation="no force while |e| < gap/2, e = x − z",
+        equation="e = (gap/2)·sgn(f) + (soft/2)·f/(f_soft + |f|) + the spring's, e = x − z; no force within the gap",
         parameters=(
             ParameterSpec(
                 "gap", "m", place="gap", limits=lambda s: (1e-5 * s.x_rms, 2.0 * s.x_rms), remedy=Remedy.STROKE
+            ),
+            # The halves of a joint meet bit by bit: film, roughness and rubber before metal.
+            ParameterSpec("soft", "m", default=0.0, refinement=True, late=True, place="soft", remedy=Remedy.STROKE),
+            ParameterSpec(
+                "f_soft", "N", TINY, default=1.0, refinement=True, late=True, place="f_soft", remedy=Remedy.SPEEDS
             ),
         ),
         starts=lambda s: [{"gap": part * s.x_rms} for part in (0.005, 0.03, 0.15)],
         once=True,
         limits_of=(Growth(of="aerated_oil", starts=_much_force),),
         alias=Alias("play in the rig's own joints", _BAR),
+        denied=lambda own, _: own["soft"] > own["gap"],  # it is air then
         mistaken=_gives_way,
     ),
     ElementSpec(
@@ -176,6 +182,7 @@ ROWS: Final = (
             )
         ],
         once=True,
+        finer_of=("free_play",),
         mistaken=_is_play_or_spring,
     ),
 )

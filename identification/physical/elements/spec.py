@@ -18,7 +18,7 @@ Limits = Callable[["Scales"], tuple[float, float]]
 Path = Literal["mount", "control", "core", "sensor"]
 PATHS: Final[tuple[Path, ...]] = ("mount", "control", "core", "sensor")
 
-Place = Literal["k", "c", "gap", "k2", "c2", "c_control", "air", "f_half", "side", "k_slip", "f_slip"]
+Place = Literal["k", "c", "gap", "k2", "c2", "c_control", "air", "f_half", "side", "k_slip", "f_slip", "soft", "f_soft"]
 
 TINY: Final = 1e-12  # "> 0" in floating point: knees, lengths and slopes that divide
 UNBOUNDED: Final = -math.inf
@@ -121,6 +121,7 @@ class ParameterSpec:
     constant: float | None = None  # a convention such as T_ref: fixed, with this default
     default: float | None = None  # the value where a file leaves the parameter out
     refinement: bool = False  # finer than the canonical form: never free unless asked for, not written while neutral
+    late: bool = False  # of a refinement: free only once the element is named; before, it would hide another one
     gain: bool = False  # acts through the current: zero, or out of a fit's reach, where there is none
     of_curves: bool = False  # a share of the size of all other damping curves together
     preload: bool = False  # a constant force is part of what it makes: no motion tells the two apart
@@ -159,6 +160,7 @@ class ElementSpec:
     dry_friction: bool = False  # two in one machine are one, of another form
     falls_with_speed: bool = False  # of dry frictions: one that does differs from the others by that alone
     once: bool = False  # two in a model act as one
+    finer_of: tuple[str, ...] = ()  # elements beside which it would only be a finer shape of theirs: no name there
     alone: bool = False  # the only element of its path
     moves_all: bool = False  # acts on the force of everything before it, rather than adding to it
     tone: bool = False  # found by its line in the spectrum, by a search of its own
