@@ -29,7 +29,7 @@ def left_out_of(simulated: Simulated, signals: Sequence[str], fold: Fold) -> Lef
     known = range_of(fold.learned, signals)
     parts = [_of(simulated, known, one) for one in map(Course.judged, fold.shown)]
     errors, *place = (np.concatenate(series) for series in zip(*parts, strict=True))
-    return LeftOut(errors, Place(*place))
+    return LeftOut(errors, Place(*place), runs=len(fold.shown) if fold.whole else 0)
 
 
 def range_of(courses: Sequence[Course], signals: Sequence[str]) -> TrainingRange:

@@ -192,6 +192,28 @@ def test_a_band_takes_its_weights_from_parts_that_are_left_out() -> None:
     assert band.within != pytest.approx(of_distances("apart", 0.0, 1).within, rel=0.05)  # whole currents were left out
 
 
+@pytest.mark.parametrize("runs", [3, 6, 24])
+def test_a_band_of_few_runs_holds_its_level_of_a_further_run_whose_errors_are_off_together(
+    runs: int,
+) -> None:
+    rng = np.random.default_rng(runs)
+    held = []
+    for _ in range(300):
+        *left, further = 100.0 * rng.standard_normal(runs + 1)[:, None] + rng.standard_normal((runs + 1, 30))
+        parts = [LeftOut(np.concatenate(left[k::3]), place(30 * len(left[k::3])), len(left[k::3])) for k in range(3)]
+        held.append(np.mean(np.abs(further) <= band_of(parts).half_width(place(30), 0.9)))
+    assert 0.87 <= np.mean(held) <= 0.95
+
+
+def test_a_band_of_stretches_of_runs_is_no_wider_for_their_number() -> None:
+    rng = np.random.default_rng(5)
+    parts = [LeftOut(rng.standard_normal(500), place(500)) for _ in range(3)]
+    whole = [replace(one, runs=1) for one in parts]
+    ratio = np.array(band_of(whole).factors) / np.array(band_of(parts).factors)
+    assert ratio[0] == pytest.approx(1.21, abs=0.01)  # Student's t, two degrees of freedom
+    assert np.all(np.diff(ratio) > 0.0)
+
+
 def test_a_band_of_a_file_without_a_growth_is_the_same_everywhere() -> None:
     band = Band(3.0, (1.5,) * len(LEVELS))
     assert np.array_equal(band.half_width(place(3, swings=np.array([0.0, 1e3, 1e12])), 0.9), np.full(3, 4.5))
