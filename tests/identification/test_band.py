@@ -110,6 +110,8 @@ def test_runs_whose_currents_overlap_are_left_out_as_runs_of_one_current() -> No
     folds = folds_of(courses)
     assert [len(fold.shown) for fold in folds] == [2, 2, 2]
     assert [len(fold.learned) for fold in folds] == [4, 4, 4]
+    assert all(fold.whole for fold in folds)
+    assert not any(fold.whole for fold in folds_of(courses[:2]))  # stretches of two runs
 
 
 def test_a_higher_level_has_a_wider_band() -> None:
