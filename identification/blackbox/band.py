@@ -31,11 +31,11 @@ _GROWTHS = np.linspace(0.0, MOST_GROWTH, 21)
 # The weights of the distances before anything is left out: log₂ of each has this mean and a standard deviation of one.
 # A force that is in proportion to a signal changes by √12 of its rms over the range: what a model says of that is taken
 # to be wrong by a seventh within the ranges, and by a third beyond, where it has nothing on the other side.
-# Bands of 90 % of 12 trainings that show a current between theirs (UTFSM, mlp; without the factor of few runs), interval
-# score (Winkler 1972, in errors of cross-validation; lower is better) and share held: 1.47 and 98 % with weights of 1
-# that were not calibrated; with half of `_WITHIN` 0.99 and 96, with this 1.03 and 96, with its double 1.14 and 97. Of 8
-# that show one beyond: 2.97 and 94 %; with half of `_BEYOND` 2.29 and 88, with this 2.62 and 95, with its double 3.77
-# and 99.
+# Bands of 90 % of 12 trainings that show a current between theirs (UTFSM, mlp; without the factor of few runs),
+# interval score (Winkler 1972, in errors of cross-validation; lower is better) and share held: 1.47 and 98 % with
+# weights of 1 that were not calibrated; with half of `_WITHIN` 0.99 and 96, with this 1.03 and 96, with its double 1.14
+# and 97. Of 8 that show one beyond: 2.97 and 94 %; with half of `_BEYOND` 2.29 and 88, with this 2.62 and 95, with its
+# double 3.77 and 99.
 _WITHIN, _BEYOND = 0.5, 1.0
 
 _WEIGHTS = 2.0 ** np.arange(-5, 6)  # that are tried: four octaves or more on each side of the usual ones
