@@ -16,6 +16,7 @@ from excitation import plan_from_config
 from identification.models import motion_of
 from rigctl.calibration import read_calibrations
 from rigctl.runfile import Run, read_run, with_channel, write_run
+from tests.identification.hysteretic import hysteretic
 from tests.identification.multisine_runs import multisine_run
 from tests.identification.packed_fmu import compiled, packed
 from tests.identification.six_axes import by_formula, motion, singles_of
@@ -107,9 +108,12 @@ def test_the_lines_and_the_python_of_the_black_boxes_work(place: Place, monkeypa
     for name, one in zip(("x", "y", "z", "rx", "ry", "rz"), singles, strict=True):
         write_run(place.folder / f"{name}.h5", one)
     write_run(place.folder / "together.h5", by_formula(motion(1), "together"))
+    (place.folder / "controlled").mkdir()
+    for seed in (1, 2, 3):
+        write_run(place.folder / "controlled" / f"{seed}.h5", hysteretic(seed, 700, current=True))
     for line in of("blackbox"):
         place.does(line)
-    assert {"network.json", "simulated.h5", "six.json", "search.json", "search.html"} <= {
+    assert {"network.json", "simulated.h5", "six.json", "search.json", "search.html", "tracked.h5"} <= {
         p.name for p in place.folder.iterdir()
     }
     monkeypatch.chdir(place.folder)

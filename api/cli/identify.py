@@ -126,6 +126,8 @@ def identify(
     with chosen(os.environ), progress_bar("identifying") as tell:
         found = None if asked is None else searched(kind, measured, asked, rate, search, tell)
         begun = 0.0 if found is None else SHARE
+        if kind == "hybrid":
+            tell(begun, "base: its loops are compiled once for a machine")
         result = identified(
             kind,
             measured,

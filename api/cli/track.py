@@ -54,6 +54,9 @@ def track(
 ) -> None:
     """Find the current for a wanted force, and simulate the forward model with it.
 
+    Where only a part of the force can be made, a warning says where and how much is lacking, the current found is
+    written all the same, and the exit status is 0; where nothing can be made, nothing is written.
+
     Example: damper-rig track inverse.json run.h5 -o tracked.h5
     """
     from api.cli.terminal import answer, progress_bar, warn
@@ -92,6 +95,8 @@ def _whole(series: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
 def _text(found: Tracking) -> str:
     """What came out, in one line."""
     cannot = f", {100.0 * found.share_cannot:.3g} % of the samples cannot be made" if found.share_cannot else ""
+    if cannot and isfinite(found.fit_where_it_can):
+        cannot += f" (fit of the others {found.fit_where_it_can:.2f} %)"
     if not isfinite(found.fit):
         return f"a constant force is wanted, it is missed by {found.rms:.3g} N rms{cannot}"
     return f"wanted force tracked with a fit of {found.fit:.2f} %, {found.rms:.3g} N rms{cannot}"

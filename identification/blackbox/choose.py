@@ -122,8 +122,7 @@ def left_out(judged: Sequence[Judged], courses: Sequence[Course], scales: Scales
     parts = []
     for k, fold in enumerate(folds_of(courses)):
         model = BlackBox(name="", kind="", dt=dt, scales=scales, members=tuple(one.members[k] for one in judged))
-        forces = [(course, model.each(course)) for course in map(Course.judged, fold.shown)]
-        parts.append(left_out_of([(one, np.median(each, axis=0), np.std(each, axis=0)) for one, each in forces]))
+        parts.append(left_out_of(model.with_spread, model.signals, fold))
     return parts
 
 

@@ -102,7 +102,7 @@ def band_to_json(band: Band | None) -> dict[str, Json]:
         else {
             "band": {
                 "floor": band.floor, "levels": list(LEVELS), "factors": list(band.factors), "growth": band.growth,
-                "swing": band.swing,
+                "swing": band.swing, "within": band.within, "beyond": band.beyond,
             }
         }
     )  # fmt: skip
@@ -119,11 +119,11 @@ def band_in(data: Json) -> Band | None:
     if not isinstance(factors, list):
         raise ModelError("band.factors must be a list of numbers")
     numbers = tuple(number_in(f"band.factors[{k}]", one) for k, one in enumerate(factors))
-    floor, growth, swing = (
+    floor, *rest = (
         number_in(f"band.{name}", given.get(name, default))
-        for name, default in (("floor", None), ("growth", 0.0), ("swing", 1.0))
+        for name, default in (("floor", None), ("growth", 0.0), ("swing", 1.0), ("within", 1.0), ("beyond", 1.0))
     )
-    return Band(floor, numbers, growth, swing)
+    return Band(floor, numbers, *rest)
 
 
 def visited_to_json(visited: Visited | None) -> dict[str, Json]:

@@ -29,12 +29,14 @@ class Fold:
     `shown` are runs of their own, whose past nobody knows, as that of any run to come: they say what to expect. `after`
     are the same, of which only samples count that have `LEAD` samples of a known motion before them: by these
     structures are compared. A force that remembers a second is else off for a hundred samples that outweigh all
-    others, and structures without feedback, which never follow it, look better.
+    others, and structures without feedback, which never follow it, look better. `whole`: among what is shown are runs
+    of which nothing was learned.
     """
 
     learned: tuple[Course, ...]
     shown: tuple[Course, ...]
     after: tuple[Course, ...]
+    whole: bool = False
 
 
 def folds_of(courses: Sequence[Course], count: int = FOLDS) -> list[Fold]:
@@ -73,7 +75,9 @@ def _with_currents(fold: Fold, between: Sequence[Sequence[Course]], k: int, coun
 
 
 def _together(one: Fold, other: Fold) -> Fold:
-    return Fold((*one.learned, *other.learned), (*one.shown, *other.shown), (*one.after, *other.after))
+    return Fold(
+        (*one.learned, *other.learned), (*one.shown, *other.shown), (*one.after, *other.after), one.whole or other.whole
+    )
 
 
 def _of_one_current(courses: Sequence[Course], count: int, fewest: int) -> list[Fold]:
@@ -106,7 +110,7 @@ def _without_stretch(courses: Sequence[Course], k: int, count: int) -> Fold:
 
 def _whole(learned: Sequence[Course], shown: Sequence[Course]) -> Fold:
     """A fold that leaves out whole courses."""
-    return Fold(tuple(learned), tuple(shown), tuple(map(_begun, shown)))
+    return Fold(tuple(learned), tuple(shown), tuple(map(_begun, shown)), whole=True)
 
 
 def _begun(course: Course) -> Course:

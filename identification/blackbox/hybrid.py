@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from identification.blackbox.model import BlackBox
 from identification.blackbox.modelfile import blackbox_from_json, blackbox_to_json
-from identification.blackbox.outside import unsupported
+from identification.blackbox.outside import half_width_along
 from identification.blackbox.samples import course_along
 from identification.blackbox.scaling import LARGEST, MARGIN
-from identification.blackbox.swing import swing_of
 from identification.errors import ModelError, SimulationError
 from identification.models.modelfile import FORMAT, FORMAT_VERSION, Json, model_from_json
 from identification.models.motion import Motion
@@ -98,10 +97,8 @@ class Hybrid:
             return None
         motion = motion.held()
         base = self._of_base(motion)
-        each = self.rest.each(course_along(motion, base))
-        swings = swing_of(base + self.share(motion) * np.median(each, axis=0), motion)
-        outside = unsupported(self, motion, self.rest.band.swing)
-        return self.rest.band.half_width(np.std(each, axis=0), level, outside, swings)
+        rest, spread = self.rest.with_spread(course_along(motion, base))
+        return half_width_along(self, self.rest.band, motion, level, base + self.share(motion) * rest, spread)
 
     def share(self, motion: Motion) -> Floats:
         """The weight w of the network, (N,)."""

@@ -13,11 +13,10 @@ from identification.blackbox.band import Band
 from identification.blackbox.layers import Layers, span_of
 from identification.blackbox.memory import remembered
 from identification.blackbox.model import check_rate
-from identification.blackbox.outside import unsupported
+from identification.blackbox.outside import half_width_along
 from identification.blackbox.samples import Course, course_along, samples_of
 from identification.blackbox.scaling import Scales
 from identification.blackbox.structure import FORCE, MODEL, Structure
-from identification.blackbox.swing import swing_of
 from identification.errors import ModelError
 from identification.models.inputs import MEASURED
 from identification.models.motion import Motion
@@ -102,8 +101,7 @@ class LayeredNarx:
         """Half of the width of its band, (N,), N; None where it was not calibrated; raises SimulationError."""
         if self.band is None:
             return None
-        swings = swing_of(self.force(motion), motion)
-        return self.band.half_width(np.zeros(motion.x.size), level, unsupported(self, motion, self.band.swing), swings)
+        return half_width_along(self, self.band, motion, level, self.force(motion))
 
     def memory(self, course: Course) -> float:
         """How long it remembers its start along a course, s, from the lowest to the highest force; may be infinite."""

@@ -162,7 +162,7 @@ def _errors(task: tuple[Layered, Fold], scales: Scales) -> tuple[LeftOut, float]
     one, fold = task
     model = train_layered(one, fold.learned, scales, seed=0)
     shown = [course.judged() for course in fold.shown]
-    part = left_out_of([(course, model.along(course), 0.0) for course in shown])
+    part = left_out_of(lambda course: (model.along(course), 0.0), one.structure.signals, fold)
     force = np.concatenate([course.force[course.counted] for course in shown])
     spread = (force - scales[FORCE].centre) / scales[FORCE].size
     return part, float(spread @ spread)

@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from identification.blackbox.band import Band
 from identification.blackbox.memory import remembered
 from identification.blackbox.network import network
-from identification.blackbox.outside import unsupported
+from identification.blackbox.outside import half_width_along
 from identification.blackbox.samples import Course, course_along, samples_of
 from identification.blackbox.scaling import Scales
 from identification.blackbox.structure import FORCE, MODEL, Structure
-from identification.blackbox.swing import swing_of
 from identification.errors import ModelError, SimulationError
 from identification.models.inputs import MEASURED
 from identification.models.motion import Motion
@@ -152,14 +151,17 @@ class BlackBox:
         size = course.motion.x.size
         return np.array([self._from_lead(member, course)[-size:] for member in self.members])
 
+    def with_spread(self, course: Course) -> tuple[Floats, Floats]:
+        """Force and spread of the members along a course, each (N,), N."""
+        each = self.each(course)
+        return np.asarray(np.median(each, axis=0)), np.asarray(np.std(each, axis=0))
+
     def half_width(self, motion: Motion, level: float) -> Floats | None:
         """Half of the width of its band, (N,), N; None where it was not calibrated; raises SimulationError."""
         if self.band is None:
             return None
         check_rate(self.name, self.dt, motion.dt)
-        each = self.each(course_along(motion))
-        swings = swing_of(np.median(each, axis=0), motion)
-        return self.band.half_width(np.std(each, axis=0), level, unsupported(self, motion, self.band.swing), swings)
+        return half_width_along(self, self.band, motion, level, *self.with_spread(course_along(motion)))
 
     def _from_lead(self, member: Member, course: Course, before: float = 0.0) -> Floats:
         """Force of one member over the lead and the course, N, from a scaled force `before`."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.blas import dsyrk
 
 from identification.blackbox import loops
 from identification.blackbox.samples import Samples
@@ -68,7 +69,7 @@ class Network:
         prepared = self.prepared(weights, samples, horizon)
         size, most = weights.size, max(self.structure.longest, 1)
         rows = np.zeros((most + _BLOCK, size))
-        gram, slope, squares = np.zeros((size, size)), np.zeros(size), 0.0
+        gram, slope, squares = np.zeros((size, size), order="F"), np.zeros(size), 0.0
         every = max(1, int(samples.counted.sum()) // (ROWS_FOR_EACH_WEIGHT * size))
         for first in range(0, force.size, _BLOCK):
             last = min(first + _BLOCK, force.size)
@@ -81,11 +82,11 @@ class Network:
             if samples.weights is not None:
                 root = np.sqrt(samples.weights[first:last][counted])
                 taken, error = root[:, None] * taken, root * error
-            some = np.ascontiguousarray(taken[::every])
-            gram += some.T @ some
+            gram = dsyrk(1.0, np.ascontiguousarray(taken[::every]).T, beta=1.0, c=gram, overwrite_c=1)
             slope += taken.T @ error
             squares += float(error @ error)
-        return Sums(squares, every * gram, slope)
+        upper = np.triu(gram)  # the product fills one triangle, and adds to it in place
+        return Sums(squares, every * (upper + np.triu(upper, 1).T), slope)
 
     def squares(self, weights: Floats, samples: Samples, horizon: int | None = None) -> float:
         """Σe² of the simulated force over the samples that count."""

@@ -124,8 +124,13 @@ def left_out(best: Polynomial, courses: Sequence[Course], scales: Scales, dt: fl
     for fold in folds_of(courses):
         terms = ranking(best.structure, best.degree, fold.learned, scales)[: best.terms]
         model = within(polynomial_of(best.structure, terms, fold.learned, scales, dt), fold.learned)
-        parts.append(left_out_of([(one, model.along(one), 0.0) for one in map(Course.judged, fold.shown)]))
+        parts.append(left_out_of(partial(_alone, model), best.structure.signals, fold))
     return parts
+
+
+def _alone(model: PolynomialNarx, course: Course) -> tuple[Floats, float]:
+    """The force of one model, (N,), N, which has no spread."""
+    return model.along(course), 0.0
 
 
 def on_all(one: Polynomial, courses: Sequence[Course], scales: Scales, dt: float) -> PolynomialNarx:

@@ -56,7 +56,7 @@ class Tracking:
         return float(np.mean(self.cannot))
 
     def described(self, dt: float) -> str:
-        """A sentence on what cannot be made, empty where all can."""
+        """A sentence on what cannot be made, and what is given in its place; empty where all can."""
         if not self.cannot.any():
             return ""
         size = np.where(self.cannot, np.abs(self.lack), 0.0)
@@ -65,7 +65,7 @@ class Tracking:
         return (
             f"{self.name}: the wanted force cannot be made in {100.0 * self.share_cannot:.3g} % of the samples, first "
             f"at {first * dt:.4g} s, farthest at {worst * dt:.4g} s by {size[worst]:.3g} N {side} than "
-            f"[{self.limits.low:g}, {self.limits.high:g}] A can give"
+            f"[{self.limits.low:g}, {self.limits.high:g}] A can give; there the current gives another force"
         )
 
 

@@ -65,14 +65,23 @@ class Visited:
 
     def distances(self, motion: Motion) -> Floats:
         """From each sample of a motion to the nearest point, of the range of each signal, (N,)."""
+        return self._nearest(_shares(motion, self.limits))
+
+    def away(self, motion: Motion) -> tuple[Floats, Floats]:
+        """How far each sample is from the training, of the ranges: within them, and past them, each (N,).
+
+        Within them it is the distance of what is cut at their edges from the nearest point, less what a sample of the
+        training itself may have: the diagonal of a cell of `CELL`; a hundredth more where cells had to grow.
+        """
+        shares = _shares(motion, self.limits)
+        cut = np.clip(shares, 0.0, 1.0)
+        apart = np.maximum(self._nearest(cut) - CELL * np.sqrt(len(self.limits)), 0.0)
+        return np.asarray(apart), np.asarray(np.linalg.norm(shares - cut, axis=1))
+
+    def _nearest(self, shares: Floats) -> Floats:
         from scipy.spatial import cKDTree  # 0.1 s to import: only where a run is simulated
 
-        return np.asarray(cKDTree(self.points).query(_shares(motion, self.limits))[0])
-
-    def beyond(self, motion: Motion) -> Floats:
-        """The same less what a sample of the training itself may have, the diagonal of a cell of `CELL`, (N,);
-        where cells had to grow a sample of the training may have a hundredth more."""
-        return np.asarray(np.maximum(self.distances(motion) - CELL * np.sqrt(len(self.limits)), 0.0))
+        return np.asarray(cKDTree(self.points).query(shares)[0])
 
     def described(self, motion: Motion) -> list[str]:
         """A sentence where samples lie far from all of the training: how many, where first, and how far; or none."""

@@ -57,7 +57,19 @@ def test_a_forward_model_is_inverted_and_what_cannot_be_made_is_said(
     assert main(["track", "forward.json", "more.h5", "--current", "0", "1", "-o", "out.h5"]) == 0
     said = capsys.readouterr()
     assert "more.h5: the wanted force cannot be made in" in said.err
-    assert "of the samples cannot be made" in said.out
+    assert "A can give; there the current gives another force" in said.err
+    assert "of the samples cannot be made (fit of the others " in said.out
+    made = read_run(Path("out.h5"))
+    wanted, given = made.channels["force_wanted"], made.channels["force_simulated"]
+    assert np.max(np.abs(given)) < np.max(np.abs(wanted))
+
+
+def test_where_only_a_part_of_a_force_can_be_made_the_help_says_what_is_written(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["track", "--help"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "the exit status is 0" in said
 
 
 def test_a_run_of_another_rate_is_refused_and_tracked_where_it_is_resampled(

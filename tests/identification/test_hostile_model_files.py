@@ -50,6 +50,8 @@ VALUES: tuple[object, ...] = (
 BAND = {
     "floor": 3.0,
     "growth": 0.3,
+    "within": 0.7,
+    "beyond": 1.2,
     "swing": 300.0,
     "levels": None,
     "factors": [0.5, 0.7, 0.9, 1.1, 1.3, 1.6, 2.0, 2.4, 3.0],

@@ -79,7 +79,7 @@ def test_a_band_widens_with_the_distance_from_all_of_the_training_within_every_r
     assert model.band is not None
     middle = int(np.argmax(-np.hypot(small.x / 0.02, small.v / (0.04 * np.pi))))  # a quarter of the ranges inside
     factor = model.band.factors[LEVELS.index(0.9)]
-    assert wider[middle] == pytest.approx(factor * model.band.swing * 0.25, rel=0.2)
+    assert wider[middle] == pytest.approx(factor * model.band.within * model.band.swing * 0.25, rel=0.2)
     assert np.all(wider > before)
 
 
