@@ -235,7 +235,8 @@ def _amplitude_velocity(motion: Motion) -> Floats:
 
 def mount_of(mount: Sequence[Element], remembers: bool) -> tuple[Mount, int]:
     """The mount as the loops see it, and the substeps at an event."""
-    placed = {s.place: p.value for e in mount for s, p in zip(e.spec.parameters, e.parameters, strict=True) if s.place}
+    pairs = [(s, p) for e in mount for s, p in zip(e.spec.parameters, e.parameters, strict=True)]
+    placed = {str(s.place): p.value for s, p in pairs if s.place}
     worn = not set(placed) - {"gap", "air", "f_half", "side", *_SOFT}  # a joint without a bush
     k, c = (RIGID_STIFFNESS, RIGID_DAMPING) if worn else (0.0, 0.0)
     placed = _met_softly(placed)
