@@ -305,13 +305,14 @@ def _edge(rate: float, bandwidth_hz: float, samples: int) -> int:
 def _moving(motion: Motion, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...]]:
     """The compared samples: without the ends, and without rests, where friction can hold any force."""
     v, n = motion.v, motion.v.size
-    first = _forgotten(motion.x, edge)
     still = np.abs(v) < max(_AT_REST * float(np.std(noise)), _STANDS * float(np.max(np.abs(v))))
     rests = binary_opening(still, np.ones(2 * edge + 1, dtype=bool))
     share = float(np.mean(rests))
     if not _SOME < share < 0.9:
-        return slice(first, n - edge), ()
-    rests[:first] = rests[n - edge :] = True
+        return slice(_forgotten(motion.x, edge), n - edge), ()
+    rests[:edge] = True
+    begins = int(np.argmin(rests))
+    rests[: begins + _forgotten(motion.x[begins:], edge)] = rests[n - edge :] = True
     return np.flatnonzero(~rests), (
         f"{100 * share:.0f} % of it is at rest, where friction can hold any force: left out",
     )

@@ -14,7 +14,7 @@ from identification.models.motion import Motion
 from identification.physical.beside import parts
 from identification.physical.collocation import nodes_of
 from identification.physical.elements.equations.control import effective_current
-from identification.physical.elements.equations.sensor import delay_of, lag_of, lagged, sensor_force
+from identification.physical.elements.equations.sensor import delay_of, low_pass_of, low_passed, sensor_force
 from identification.physical.elements.mount import RIGID_DAMPING, RIGID_STIFFNESS
 from identification.physical.elements.stability import may_grow, unbounded
 from identification.physical.model import Element, Model
@@ -65,9 +65,10 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
     place = 0 if wanted is None else int(wanted[:offset].sum())
     for index, e in enumerate(sensor):
         later = sum(taus[index + 1 :])
-        force = lagged(force, lag := lag_of(e.spec, _values(e)), motion)
+        lag, bend = low_pass_of(e.spec, _values(e))
+        force = low_passed(force, lag, bend, motion)
         if grad is not None:
-            grad[:, :place] = lagged(grad[:, :place], lag, motion)
+            grad[:, :place] = low_passed(grad[:, :place], lag, bend, motion)
         value, columns = sensor_force(e.spec, _values(e), motion.shifted(later), force)
         force = force + value
         if grad is not None and wanted is not None:

@@ -21,7 +21,7 @@ ROWS: Final = (
         name="force_delay",
         family=Family.SENSOR,
         title="time skew of the force channel",
-        equation="F(t) + lag·dF/dt = f(t − tau)",
+        equation="F(t) + lag·dF/dt + bend·lag²·d²F/dt² = f(t − tau)",
         parameters=(
             ParameterSpec(
                 "tau",
@@ -32,6 +32,8 @@ ROWS: Final = (
             ),
             # An amplifier's or a recorder's low-pass: late alike, and weaker where the motion is fast.
             ParameterSpec("lag", "s", default=0.0, refinement=True, remedy=Remedy.FREQUENCY),
+            # Of two poles and more: 1/3 is Bessel's low-pass, 1/2 Butterworth's, beyond 1 it would ring.
+            ParameterSpec("bend", "–", 0.0, 1.0, default=0.0, refinement=True, late=True, remedy=Remedy.FREQUENCY),
         ),
         starts=lambda s: [{"tau": 0.03 * s.motion_time}],
         moves_all=True,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.criteria import CHANCE
 from identification.models.motion import Motion
 from identification.physical.elements.spec import ElementSpec
 
@@ -32,34 +33,40 @@ def delay_of(spec: ElementSpec, values: Sequence[float]) -> float:
     return values[0] if spec.name == "force_delay" else 0.0
 
 
-def lag_of(spec: ElementSpec, values: Sequence[float]) -> float:
-    """Time constant with which the element follows the force before it, s; see `lagged`."""
-    return values[1] if spec.name == "force_delay" else 0.0
+def low_pass_of(spec: ElementSpec, values: Sequence[float]) -> tuple[float, float]:
+    """Time constant, s, and bend of the low-pass with which the element follows the force before it; see
+    `low_passed`."""
+    return (values[1], values[2]) if spec.name == "force_delay" else (0.0, 0.0)
 
 
-def lagged(series: Floats, lag: float, motion: Motion) -> Floats:
-    """What follows `series`, (N,) or (N, K), with a lag in s: y + lag·dy/dt = u, with u linear between samples.
+def low_passed(series: Floats, lag: float, bend: float, motion: Motion) -> Floats:
+    """What follows `series`, (N,) or (N, K), by y + lag·dy/dt + bend·lag²·d²y/dt² = u, with u linear between samples.
 
-    y[n] = q·y[n−1] + (g − q)·u[n−1] + (1 − g)·u[n], q = e^(−h/lag), g = (1 − q)·lag/h. It starts as a period before has
-    left it where the motion repeats, else as after a long ramp of the first slope.
+    It starts as a period before has left it where the motion repeats, else as after a long ramp of the first slope,
+    u − lag·du/dt.
     """
     if lag <= 0.0 or series.shape[0] < 2:
         return series
-    from scipy.signal import lfilter  # 0.3 s to import: only where it is needed
+    from scipy.signal import cont2discrete, lfilter  # 0.3 s to import: only where it is needed
 
-    h = motion.dt
-    q = float(np.exp(-h / lag))
-    g = (1.0 - q) * lag / h
-    b, a = (1.0 - g, g - q), (1.0, -q)
+    whole = [bend * lag**2, lag, 1.0] if bend > CHANCE.rounding else [lag, 1.0]
+    numerator, a, _ = cont2discrete(([1.0], whole), motion.dt, "foh")
+    b = numerator[0]
     with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the force it ends in
         if motion.period and series.shape[0] >= motion.period:
             one = series[: motion.period]
-            first, _ = lfilter(b, a, one, axis=0, zi=((g - q) * one[-1])[None])
-            state = (g - q) * one[-1] + q * first[-1] / (1.0 - q**motion.period)
+            z = np.exp(-2j * np.pi * np.arange(motion.period // 2 + 1) / motion.period)
+            gain = np.polyval(b[::-1], z) / np.polyval(a[::-1], z)
+            spectrum = np.fft.rfft(one, axis=0)
+            repeated = np.fft.irfft((gain * spectrum.T).T, motion.period, axis=0)
+            u, y = one[:-3:-1], repeated[:-3:-1]
         else:
-            before = 2.0 * series[0] - series[1]
-            state = (g - q) * before + q * (before - lag * (series[1] - series[0]) / h)
-        return np.asarray(lfilter(b, a, series, axis=0, zi=state[None])[0])
+            slope = series[1] - series[0]
+            u = np.stack([series[0] - slope, series[0] - 2.0 * slope])
+            y = u - lag / motion.dt * slope
+        # The state of `lfilter`, a transposed direct form, of the last samples of u and y, the latest first.
+        state = [sum(b[k] * u[k - n] - a[k] * y[k - n] for k in range(n, a.size)) for n in range(1, a.size)]
+        return np.asarray(lfilter(b, a, series, axis=0, zi=np.stack(state))[0])
 
 
 def acting(sensor: Sequence[Element]) -> tuple[float, float]:
@@ -69,14 +76,16 @@ def acting(sensor: Sequence[Element]) -> tuple[float, float]:
 
 
 def _delay(values: Sequence[float], motion: Motion, force: Floats) -> Added:
-    """The delay is already in the inputs and the lag in the force; a later force is its slope taken backwards.
+    """The delay is already in the inputs and the low-pass in the force; a later force is its slope taken backwards.
 
-    By the lag: lag·ds/dt + s = −dF/dt.
+    By lag and bend: what follows −dF/dt − 2·bend·lag·d²F/dt² and −lag²·d²F/dt².
     """
+    _, lag, bend = values
     with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the sums of its gradient
         rate = np.gradient(force, motion.dt)
-        later = lagged(rate, values[1], motion)
-    return np.zeros(force.size), -np.stack([rate, later], axis=1)
+        turn = np.gradient(rate, motion.dt)
+        by_shape = low_passed(np.stack([rate + 2.0 * bend * lag * turn, lag**2 * turn], axis=1), lag, bend, motion)
+    return np.zeros(force.size), -np.column_stack([rate, by_shape])
 
 
 def _offset(values: Sequence[float], motion: Motion, force: Floats) -> Added:
