@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -45,18 +46,16 @@ def low_passed(series: Floats, lag: float, bend: float, motion: Motion) -> Float
     It starts as a period before has left it where the motion repeats, else as after a long ramp of the first slope,
     u − lag·du/dt.
     """
-    if lag <= 0.0 or series.shape[0] < 2:
+    if lag <= CHANCE.rounding * motion.dt or series.shape[0] < 2:
         return series
-    from scipy.signal import cont2discrete, lfilter  # 0.3 s to import: only where it is needed
+    from scipy.signal import lfilter  # 0.3 s to import: only where it is needed
 
-    whole = [bend * lag**2, lag, 1.0] if bend > CHANCE.rounding else [lag, 1.0]
-    numerator, a, _ = cont2discrete(([1.0], whole), motion.dt, "foh")
-    b = numerator[0]
+    b, a = _coefficients(lag / motion.dt, bend)
     with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the force it ends in
         if motion.period and series.shape[0] >= motion.period:
             one = series[: motion.period]
             z = np.exp(-2j * np.pi * np.arange(motion.period // 2 + 1) / motion.period)
-            gain = np.polyval(b[::-1], z) / np.polyval(a[::-1], z)
+            gain = np.polynomial.polynomial.polyval(z, b) / np.polynomial.polynomial.polyval(z, a)
             spectrum = np.fft.rfft(one, axis=0)
             repeated = np.fft.irfft((gain * spectrum.T).T, motion.period, axis=0)
             u, y = one[:-3:-1], repeated[:-3:-1]
@@ -65,8 +64,18 @@ def low_passed(series: Floats, lag: float, bend: float, motion: Motion) -> Float
             u = np.stack([series[0] - slope, series[0] - 2.0 * slope])
             y = u - lag / motion.dt * slope
         # The state of `lfilter`, a transposed direct form, of the last samples of u and y, the latest first.
-        state = [sum(b[k] * u[k - n] - a[k] * y[k - n] for k in range(n, a.size)) for n in range(1, a.size)]
+        state = [sum(b[k] * u[k - n] - a[k] * y[k - n] for k in range(n, len(a))) for n in range(1, len(a))]
         return np.asarray(lfilter(b, a, series, axis=0, zi=np.stack(state))[0])
+
+
+@lru_cache(maxsize=8)  # of the force, of its gradient, and of the next run at that rate
+def _coefficients(lag: float, bend: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Those of the filter that `low_passed` is at samples, by falling powers; `lag` in samples."""
+    from scipy.signal import cont2discrete
+
+    whole = [bend * lag**2, lag, 1.0] if bend > CHANCE.rounding else [lag, 1.0]
+    b, a, _ = cont2discrete(([1.0], whole), 1.0, "foh")
+    return tuple(b[0].tolist()), tuple(a.tolist())
 
 
 def acting(sensor: Sequence[Element]) -> tuple[float, float]:
