@@ -20,12 +20,16 @@ def refine_curve(fit: Fit, index: int, records: Sequence[Record], *, gains: bool
     """The fit with the finer shape of one element free, where it has one and the data show it; else as it is.
 
     The same, with `gains`, with its gain on the current. Of the two the one that explains more comes first. Before
-    them, a friction that may act beside the mount is tried there. Some shapes are for an element that is `named`.
+    them, a friction that may act beside the mount is tried there. Some shapes are for an element that is `named`, and
+    start from what the others have come to.
     """
     specs = fit.model.elements[index].spec.parameters
     fit = beside_or_within(fit, index, records)
-    shapes = [k for k, s in enumerate(specs) if s.refinement and not (s.gain or s.switch) and (named or not s.late)]
-    shape = {k: _start(specs[k], records, fit.rms) for k in shapes}
+    shape, late = (
+        {k: _start(s, records, fit.rms) for k, s in enumerate(specs)
+         if s.refinement and not (s.gain or s.switch) and s.late == is_late}
+        for is_late in (False, True)
+    )  # fmt: skip
     gains = gains and any(r.has_current for r in records)
     grows = {k: Parameter(value=0.0) for k, s in enumerate(specs) if s.refinement and s.gain and gains}
     ways = [shape, grows]
@@ -34,7 +38,7 @@ def refine_curve(fit: Fit, index: int, records: Sequence[Record], *, gains: bool
         best = min(range(len(ways)), key=lambda k: finer[k].chi2)
         fit = finer[best]
         del ways[best]
-    return fit
+    return _freed(fit, index, late, records) if named else fit
 
 
 def without_needless_shape(fit: Fit, index: int, records: Sequence[Record]) -> Fit:

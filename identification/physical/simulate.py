@@ -65,10 +65,10 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
     place = 0 if wanted is None else int(wanted[:offset].sum())
     for index, e in enumerate(sensor):
         later = sum(taus[index + 1 :])
-        lag, bend = low_pass_of(e.spec, _values(e))
-        force = low_passed(force, lag, bend, motion)
+        lag, turn = low_pass_of(e.spec, _values(e))
+        force = low_passed(force, lag, turn, motion)
         if grad is not None:
-            grad[:, :place] = low_passed(grad[:, :place], lag, bend, motion)
+            grad[:, :place] = low_passed(grad[:, :place], lag, turn, motion)
         value, columns = sensor_force(e.spec, _values(e), motion.shifted(later), force)
         force = force + value
         if grad is not None and wanted is not None:

@@ -44,7 +44,7 @@ def test_one_that_does_not_keeps_its_canonical_form() -> None:
 def test_a_skew_that_is_early_and_lags_as_much_is_a_mere_shape_and_denies_its_name() -> None:
     denied = CATALOGUE["force_delay"].denied
     assert denied is not None
-    assert denied({"tau": -5e-4, "lag": 5e-4}, [])
-    assert not denied({"tau": -1e-3, "lag": 0.0}, [])  # a late displacement
-    assert not denied({"tau": -1e-4, "lag": 0.02}, [])  # a low-pass of first order, to the accuracy of a fit
-    assert not denied({"tau": 2e-3, "lag": 3e-3}, [])
+    assert denied({"tau": -5e-4, "lag": 5e-4, "turn": 0.0}, [])
+    assert not denied({"tau": -1e-3, "lag": 0.0, "turn": 0.0}, [])  # a late displacement
+    assert not denied({"tau": -1e-4, "lag": 0.02, "turn": 0.0}, [])  # a low-pass of first order, to the accuracy of a fit
+    assert not denied({"tau": 2e-3, "lag": 3e-3, "turn": 0.0}, [])

@@ -48,7 +48,7 @@ def test_a_friction_under_a_low_pass_of_two_poles_is_a_friction_and_a_late_force
     assert len(names) == 2
     assert found.verdict == "explained"
     late = found.model.element("force_delay").values()
-    assert late["bend"] == pytest.approx(0.5, abs=0.1)  # 1/ω² over (√2/ω)²
+    assert late["turn"] == pytest.approx(1.0 / (2.0 * np.pi * LOW_PASS_HZ), rel=0.1)
     assert late["tau"] + late["lag"] == pytest.approx(np.sqrt(2.0) / (2.0 * np.pi * LOW_PASS_HZ), rel=0.05)
 
 

@@ -184,17 +184,17 @@ def test_a_delayed_force_is_the_force_of_the_past_and_an_early_one_that_of_the_f
     assert simulate(model, inputs).force == pytest.approx(1000 * 0.01 * rate * np.cos(turn - rate * tau), abs=1e-6)
 
 
-@given(tau=st.floats(0.0, 0.01), lag=st.floats(0.0, 0.2), bend=st.floats(0.0, 1.0), periodic=st.booleans())
+@given(tau=st.floats(0.0, 0.01), lag=st.floats(0.0, 0.2), turn=st.floats(0.0, 1.0), periodic=st.booleans())
 @settings(max_examples=60, deadline=None)
 def test_a_lagging_force_is_weaker_and_later_as_a_low_pass_of_one_or_two_poles_makes_it(
-    tau: float, lag: float, bend: float, periodic: bool
+    tau: float, lag: float, turn: float, periodic: bool
 ) -> None:
     inputs = replace(small_sine(3), **({} if periodic else {"period": 0}))
     rate = 4 * np.pi
-    late = {"tau": tau, "lag": lag, "bend": bend}
+    late = {"tau": tau, "lag": lag, "turn": turn * lag}
     model = Model(name="m", elements=(element("viscous_damping", {"c": 1000.0}), element("force_delay", late)))
     force = simulate(model, inputs).force
-    through = 1.0 / (1.0 + 1j * rate * lag - bend * (rate * lag) ** 2)
+    through = 1.0 / (1.0 + 1j * rate * lag - (turn * rate * lag) ** 2)
     expected = -1000 * 0.002 * rate * np.imag(through * np.exp(1j * rate * (inputs.t - tau)))
     settled = slice(0 if periodic else int((tau + 16 * lag) / inputs.dt) + 1, None)
     np.testing.assert_allclose(force[settled], expected[settled], atol=1e-3 * 1000 * 0.002 * rate)

@@ -21,7 +21,7 @@ ROWS: Final = (
         name="force_delay",
         family=Family.SENSOR,
         title="time skew of the force channel",
-        equation="F(t) + lag·dF/dt + bend·lag²·d²F/dt² = f(t − tau)",
+        equation="F(t) + lag·dF/dt + turn²·d²F/dt² = f(t − tau)",
         parameters=(
             ParameterSpec(
                 "tau",
@@ -32,12 +32,13 @@ ROWS: Final = (
             ),
             # An amplifier's or a recorder's low-pass: late alike, and weaker where the motion is fast.
             ParameterSpec("lag", "s", default=0.0, refinement=True, remedy=Remedy.FREQUENCY),
-            # Of two poles and more: 1/3 is Bessel's low-pass, 1/2 Butterworth's, beyond 1 it would ring.
-            ParameterSpec("bend", "–", 0.0, 1.0, default=0.0, refinement=True, late=True, remedy=Remedy.FREQUENCY),
+            # Of two poles: turn² is lag²/3 in Bessel's low-pass and lag²/2 in Butterworth's.
+            ParameterSpec("turn", "s", default=0.0, refinement=True, late=True, remedy=Remedy.FREQUENCY),
         ),
         starts=lambda s: [{"tau": 0.03 * s.motion_time}],
         moves_all=True,
-        denied=lambda v, others: -v["tau"] > FORM.minor * v["lag"] > 0.0,  # early and late at once: a mere shape
+        # Early and late at once is a mere shape; with more turn than lag a low-pass would ring.
+        denied=lambda v, others: -v["tau"] > FORM.minor * v["lag"] > 0.0 or v["turn"] > v["lag"],
         unlikely=lambda v, _: v["tau"] < 0.0,  # no damper answers ahead of its motion: its mass does nearly that
         alias=Alias("a skew of the displacement channel", "feed one electrical signal into both channels"),
     ),

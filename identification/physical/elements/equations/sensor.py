@@ -35,13 +35,12 @@ def delay_of(spec: ElementSpec, values: Sequence[float]) -> float:
 
 
 def low_pass_of(spec: ElementSpec, values: Sequence[float]) -> tuple[float, float]:
-    """Time constant, s, and bend of the low-pass with which the element follows the force before it; see
-    `low_passed`."""
+    """Lag and turn, s, of the low-pass with which the element follows the force before it; see `low_passed`."""
     return (values[1], values[2]) if spec.name == "force_delay" else (0.0, 0.0)
 
 
-def low_passed(series: Floats, lag: float, bend: float, motion: Motion) -> Floats:
-    """What follows `series`, (N,) or (N, K), by y + lag·dy/dt + bend·lag²·d²y/dt² = u, with u linear between samples.
+def low_passed(series: Floats, lag: float, turn: float, motion: Motion) -> Floats:
+    """What follows `series`, (N,) or (N, K), by y + lag·dy/dt + turn²·d²y/dt² = u, with u linear between samples.
 
     It starts as a period before has left it where the motion repeats, else as after a long ramp of the first slope,
     u − lag·du/dt.
@@ -50,7 +49,7 @@ def low_passed(series: Floats, lag: float, bend: float, motion: Motion) -> Float
         return series
     from scipy.signal import lfilter  # 0.3 s to import: only where it is needed
 
-    b, a = _coefficients(lag / motion.dt, bend)
+    b, a = _coefficients(lag / motion.dt, turn / motion.dt)
     with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the force it ends in
         if motion.period and series.shape[0] >= motion.period:
             one = series[: motion.period]
@@ -69,11 +68,11 @@ def low_passed(series: Floats, lag: float, bend: float, motion: Motion) -> Float
 
 
 @lru_cache(maxsize=8)  # of the force, of its gradient, and of the next run at that rate
-def _coefficients(lag: float, bend: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Those of the filter that `low_passed` is at samples, by falling powers; `lag` in samples."""
+def _coefficients(lag: float, turn: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Those of the filter that `low_passed` is at samples, the latest first; `lag` and `turn` in samples."""
     from scipy.signal import cont2discrete
 
-    whole = [bend * lag**2, lag, 1.0] if bend > CHANCE.rounding else [lag, 1.0]
+    whole = [turn**2, lag, 1.0] if turn > CHANCE.visible * lag else [lag, 1.0]
     b, a, _ = cont2discrete(([1.0], whole), 1.0, "foh")
     return tuple(b[0].tolist()), tuple(a.tolist())
 
@@ -87,13 +86,13 @@ def acting(sensor: Sequence[Element]) -> tuple[float, float]:
 def _delay(values: Sequence[float], motion: Motion, force: Floats) -> Added:
     """The delay is already in the inputs and the low-pass in the force; a later force is its slope taken backwards.
 
-    By lag and bend: what follows −dF/dt − 2·bend·lag·d²F/dt² and −lag²·d²F/dt².
+    By lag and turn: what follows −dF/dt and −2·turn·d²F/dt².
     """
-    _, lag, bend = values
+    _, lag, turn = values
     with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the sums of its gradient
         rate = np.gradient(force, motion.dt)
-        turn = np.gradient(rate, motion.dt)
-        by_shape = low_passed(np.stack([rate + 2.0 * bend * lag * turn, lag**2 * turn], axis=1), lag, bend, motion)
+        bent = 2.0 * turn * np.gradient(rate, motion.dt)
+        by_shape = low_passed(np.stack([rate, bent], axis=1), lag, turn, motion)
     return np.zeros(force.size), -np.column_stack([rate, by_shape])
 
 
