@@ -303,7 +303,8 @@ def _edge(rate: float, bandwidth_hz: float, samples: int) -> int:
 
 
 def _moving(motion: Motion, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...]]:
-    """The compared samples: without the ends, and without rests, where friction can hold any force."""
+    """The compared samples: without the ends, and without rests, where friction can hold any force. What a machine
+    remembers of a rest before it moves is left out as what it remembers of the time before a record is."""
     v, n = motion.v, motion.v.size
     still = np.abs(v) < max(_AT_REST * float(np.std(noise)), _STANDS * float(np.max(np.abs(v))))
     rests = binary_opening(still, np.ones(2 * edge + 1, dtype=bool))
@@ -319,7 +320,7 @@ def _moving(motion: Motion, noise: Floats, edge: int) -> tuple[Window, tuple[str
 
 
 def _forgotten(x: Floats, edge: int) -> int:
-    """Samples at the start in which a machine may remember what it did before the record.
+    """Samples at the start of a motion in which a machine may remember what it did before.
 
     A hysteresis forgets over a path, here that of the whole travel, but no more than the largest edge is left out.
     """

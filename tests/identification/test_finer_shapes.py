@@ -46,5 +46,7 @@ def test_a_skew_that_is_early_and_lags_as_much_is_a_mere_shape_and_denies_its_na
     assert denied is not None
     assert denied({"tau": -5e-4, "lag": 5e-4, "turn": 0.0}, [])
     assert not denied({"tau": -1e-3, "lag": 0.0, "turn": 0.0}, [])  # a late displacement
-    assert not denied({"tau": -1e-4, "lag": 0.02, "turn": 0.0}, [])  # a low-pass of first order, to the accuracy of a fit
+    assert not denied(
+        {"tau": -1e-4, "lag": 0.02, "turn": 0.0}, []
+    )  # a low-pass of first order, to the accuracy of a fit
     assert not denied({"tau": 2e-3, "lag": 3e-3, "turn": 0.0}, [])

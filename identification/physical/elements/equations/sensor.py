@@ -73,7 +73,7 @@ def _coefficients(lag: float, turn: float) -> tuple[tuple[float, ...], tuple[flo
     from scipy.signal import cont2discrete
 
     whole = [turn**2, lag, 1.0] if turn > CHANCE.visible * lag else [lag, 1.0]
-    b, a, _ = cont2discrete(([1.0], whole), 1.0, "foh")
+    b, a, _ = cont2discrete((np.ones(1), np.array(whole)), 1.0, "foh")
     return tuple(b[0].tolist()), tuple(a.tolist())
 
 
