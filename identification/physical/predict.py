@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.errors import SimulationError
 from identification.models.motion import Motion
+from identification.models.simulation import LARGEST_FORCE
 from identification.physical.elements import TONE
 from identification.physical.elements.equations.control import effective_current
 from identification.physical.model import Element, Model, Parameter
@@ -29,6 +31,11 @@ def predict(model: Model, record: Record, *, gradient: bool | Mask = False) -> t
     A model on top of another program's simulation adds to that. Mains hum has a phase of its own in every run, and a
     frequency by its clock: they are set to those that fit this record best. So is what the current before the run left
     in a magnetic circuit with hysteresis.
+
+    Raises
+    ------
+    SimulationError
+        as `simulate` does, and where the force is larger than any machine's: a search would take a fit to it for one.
     """
     if model.has(TONE.name):
         model = in_phase(model, record)
@@ -37,6 +44,8 @@ def predict(model: Model, record: Record, *, gradient: bool | Mask = False) -> t
         motion = _as_left(model, record)
     response = simulate(model, motion, gradient=gradient)
     full, whole = response.gradient, response.force
+    if (largest := float(np.max(np.abs(whole)))) > LARGEST_FORCE:
+        raise SimulationError(f"'{model.name}' runs away on {record.name}: to {largest:.3g} N, which no machine has")
     with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the sums of its gradient
         force = record.seen(whole)
         full = None if full is None else record.seen(full)

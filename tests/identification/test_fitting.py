@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from benchmarks.hidden.case import case
-from identification.errors import DataError
+from identification.errors import DataError, SimulationError
 from identification.fitting import fit, fit_from_many, fit_records, profile, warnings
 from identification.fitting.discretisation import with_solver_error
 from identification.fitting.frogs import frog_leaping
@@ -261,6 +261,12 @@ def test_a_search_that_ends_early_is_a_result_with_its_reason() -> None:
     found = fit_records(TRUE.with_values(TRUE.values() * 1.5), [recorded(TRUE)], max_iterations=1)
     assert not found.converged
     assert found.reason == "the iteration limit was reached"
+
+
+def test_a_fit_does_not_begin_where_the_force_is_larger_than_any_machines() -> None:
+    away = Model(name="runaway", elements=(element("viscous_damping", {"c": 1e15}),))
+    with pytest.raises(SimulationError, match="'runaway' runs away on .*, which no machine has"):
+        fit_records(away, [recorded(TRUE)])
 
 
 def test_the_noise_floor_is_met_with_the_records_of_a_real_run() -> None:
