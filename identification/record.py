@@ -303,24 +303,22 @@ def _edge(rate: float, bandwidth_hz: float, samples: int) -> int:
 
 
 def _moving(motion: Motion, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...]]:
-    """The compared samples: without the ends, and without rests, where friction can hold any force. What a machine
-    remembers of a rest before it moves is left out as what it remembers of the time before a record is."""
+    """The compared samples: without the ends, and without rests, where friction can hold any force."""
     v, n = motion.v, motion.v.size
+    first = _forgotten(motion.x, edge)
     still = np.abs(v) < max(_AT_REST * float(np.std(noise)), _STANDS * float(np.max(np.abs(v))))
     rests = binary_opening(still, np.ones(2 * edge + 1, dtype=bool))
     share = float(np.mean(rests))
     if not _SOME < share < 0.9:
-        return slice(_forgotten(motion.x, edge), n - edge), ()
-    rests[:edge] = True
-    begins = int(np.argmin(rests))
-    rests[: begins + _forgotten(motion.x[begins:], edge)] = rests[n - edge :] = True
+        return slice(first, n - edge), ()
+    rests[:first] = rests[n - edge :] = True
     return np.flatnonzero(~rests), (
         f"{100 * share:.0f} % of it is at rest, where friction can hold any force: left out",
     )
 
 
 def _forgotten(x: Floats, edge: int) -> int:
-    """Samples at the start of a motion in which a machine may remember what it did before.
+    """Samples at the start in which a machine may remember what it did before the record.
 
     A hysteresis forgets over a path, here that of the whole travel, but no more than the largest edge is left out.
     """

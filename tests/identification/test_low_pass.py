@@ -1,4 +1,4 @@
-"""What a low-pass of two poles and a rest before the motion do to a force with memory."""
+"""A low-pass of two poles in the force channel, beside a force that jumps."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from scipy.signal import butter, lfilter, lfilter_zi
 
 from identification.discrepancy import explain
 from identification.physical.model import Model, element
-from identification.record import record_from_run
 from rigctl.runfile import Run
 from tests.identification.ordinary import RATE, motion, recorded
 
@@ -36,16 +35,3 @@ def test_a_low_pass_of_two_poles_is_told_as_it_is_beside_a_force_that_jumps() ->
     late = found.model.element("force_delay").values()
     assert late["turn"] == pytest.approx(1.0 / (2.0 * np.pi * LOW_PASS_HZ), rel=0.1)
     assert late["tau"] + late["lag"] == pytest.approx(np.sqrt(2.0) / (2.0 * np.pi * LOW_PASS_HZ), rel=0.05)
-
-
-@pytest.mark.parametrize("rest_s", [2.0, 6.0])
-def test_what_a_machine_remembers_of_a_rest_before_its_motion_is_left_out_as_that_before_a_record(
-    rest_s: float,
-) -> None:
-    _, x, v = motion(1, 0.01)
-    rest = np.zeros(round(rest_s * RATE))
-    moving = recorded("moving", 1, x, DAMPING * v)
-    begun = recorded("begun", 1, np.concatenate([rest, x - x[0]]), DAMPING * np.concatenate([rest, v]))
-    counted = [np.arange(r.force.size)[r.window][0] for r in map(record_from_run, (moving, begun))]
-    assert counted[0] > 1  # the motion goes through its whole travel first
-    assert counted[1] - rest.size == pytest.approx(counted[0], abs=0.02 * RATE)
