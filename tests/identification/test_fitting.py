@@ -265,7 +265,7 @@ def test_a_search_that_ends_early_is_a_result_with_its_reason() -> None:
 
 def test_a_fit_does_not_begin_where_the_force_is_larger_than_any_machines() -> None:
     away = Model(name="runaway", elements=(element("viscous_damping", {"c": 1e15}),))
-    with pytest.raises(SimulationError, match="'runaway' runs away on .*, which no machine has"):
+    with pytest.raises(SimulationError, match="'runaway' runs away on"):
         fit_records(away, [recorded(TRUE)])
 
 
