@@ -56,6 +56,24 @@ def test_a_spring_that_is_upside_down_is_refused_by_the_name_of_its_run(turned: 
     )
 
 
+def at_a_current(index: int, current: float) -> Run:
+    _, x, v = motion(index, 0.01)
+    driven = recorded("driven", index, x, (300.0 + 900.0 * current) * v, noise=0.5)
+    return with_channel(driven, "current", np.full(x.size, current), "A")
+
+
+def test_a_model_that_is_wrong_at_one_current_has_no_reversed_sign_and_a_channel_may_have() -> None:
+    falls = Model(name="falls", elements=(element("viscous_damping", {"c": 300.0, "c_control": -900.0}),))
+    runs = [at_a_current(0, 0.0), at_a_current(1, 1.0)]
+    check_model(falls, records(*runs))
+    with pytest.raises(DataError, match="driven-1: the simulated force works with the motion"):
+        check_model(falls, records(runs[1]))
+    channel = [with_channel(r, "force_simulated", sign * r.channels["force"], "N")
+               for r, sign in zip(runs, (1.0, -1.0), strict=True)]  # fmt: skip
+    with pytest.raises(DataError, match="driven-1"):
+        explain(None, channel)
+
+
 def test_a_mass_is_no_spring_that_is_upside_down() -> None:
     _, x, _ = motion(0, 0.01)
     a = np.gradient(np.gradient(x, 1.0 / RATE), 1.0 / RATE)
