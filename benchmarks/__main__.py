@@ -12,8 +12,7 @@ def main() -> int:
     failed = 0
     for path in sorted(Path(__file__).parent.glob("bench_*.py")):
         print(f"\n=== {path.stem}", flush=True)
-        command = f"import benchmarks.{path.stem} as b; b.main()"
-        failed += subprocess.run([sys.executable, "-c", command], check=False).returncode != 0
+        failed += subprocess.run([sys.executable, "-m", f"benchmarks.{path.stem}"], check=False).returncode != 0
     return failed
 
 

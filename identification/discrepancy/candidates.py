@@ -77,9 +77,9 @@ def admissible(model: Model, records: Sequence[Record], scales: Scales) -> list[
     foreign = any(r.simulated is not None for r in records)  # whose inside nobody can reach
     current = any(r.has_current for r in records) and scales.current_high > scales.current_low
     warm, constant = _temperature_varies(records), _free_constant(model)
-    names = []
+    acting, names = {e.name for e in model.elements if not _idle(e)}, []
     for name, spec in CATALOGUE.items():
-        taken = any((e.name == name and not _idle(e)) or e.name in spec.finer_of for e in model.elements)
+        taken = name in acting or (spec.once and model.has(name)) or not acting.isdisjoint(spec.finer_of)
         blind = spec.needs_current and not (current and (spec.path != "control" or model.needs_current))
         cold = spec.needs_temperature and not warm
         hidden = spec.constant_force and constant
@@ -90,7 +90,9 @@ def admissible(model: Model, records: Sequence[Record], scales: Scales) -> list[
 
 
 def _idle(e: Element) -> bool:
-    return all(p.fixed and p.value == 0.0 for p in e.parameters)
+    """Whether it makes no force, and no fit lets it: zero, and its finer shape neutral."""
+    pairs = zip(e.spec.parameters, e.parameters, strict=True)
+    return all(p.fixed and p.value == ((s.default or 0.0) if s.refinement else 0.0) for s, p in pairs)
 
 
 def _temperature_varies(records: Sequence[Record]) -> bool:

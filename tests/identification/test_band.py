@@ -189,9 +189,12 @@ def test_a_weight_is_nearer_to_what_was_seen_the_more_parts_were_left_out(column
 
 
 def test_a_band_takes_its_weights_from_parts_that_are_left_out() -> None:
-    band = of_currents().model.band  # type: ignore[union-attr]  # a black box
-    assert band is not None
-    assert band.within != pytest.approx(of_distances("apart", 0.0, 1).within, rel=0.05)  # whole currents were left out
+    model = of_currents().model
+    assert isinstance(model, BlackBox)
+    assert model.band is not None
+    assert model.band.within != pytest.approx(
+        of_distances("apart", 0.0, 1).within, rel=0.05
+    )  # whole currents were left out
 
 
 @pytest.mark.parametrize("runs", [3, 6, 24])
@@ -228,8 +231,10 @@ def test_a_band_of_a_file_without_weights_of_the_distances_has_those_of_before(t
     assert data["band"].pop("within") > 0.0
     assert data["band"].pop("beyond") > 0.0
     path.write_text(json.dumps(data))
-    band = load_model(path).band  # type: ignore[attr-defined]  # a black box
-    assert (band.within, band.beyond) == (1.0, 1.0)
+    model = load_model(path)
+    assert isinstance(model, BlackBox)
+    assert model.band is not None
+    assert (model.band.within, model.band.beyond) == (1.0, 1.0)
 
 
 def test_the_band_comes_back_from_its_file_as_it_was(tmp_path: Path) -> None:

@@ -181,6 +181,16 @@ def test_a_file_with_a_wrong_id_is_refused_in_one_line(wrong: object) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(("gap", "air"), [(0.0, True), (1e-3, False)])
+def test_beside_a_play_no_free_air_is_named_and_an_idle_play_hides_none(gap: float, air: bool) -> None:
+    records = records_with("none")[:1]
+    joint = element("free_play", {"gap": gap}, fixed=("gap",))
+    model = Model(name="m", elements=(element("viscous_damping", {"c": 900.0}), joint))
+    names = admissible(model, records, scales_of(records, gap=10.0))
+    assert ("aerated_oil" in names) is air
+    assert "free_play" not in names  # a model holds one
+
+
 def test_beside_an_idle_one_another_of_its_kind_may_be_named_and_has_an_id_of_its_own() -> None:
     records = records_with("none")[:1]
     idle = Model(name="m", elements=(element("viscous_damping", {"c": 0.0}, fixed=("c",)),))

@@ -184,6 +184,15 @@ def test_a_delayed_force_is_the_force_of_the_past_and_an_early_one_that_of_the_f
     assert simulate(model, inputs).force == pytest.approx(1000 * 0.01 * rate * np.cos(turn - rate * tau), abs=1e-6)
 
 
+def test_a_turn_without_a_lag_is_not_left_out_it_strengthens_what_is_below_it() -> None:
+    inputs, rate, turn = small_sine(3), 4 * np.pi, 0.02
+    late = {"tau": 0.0, "lag": 0.0, "turn": turn}
+    model = Model(name="m", elements=(element("viscous_damping", {"c": 1000.0}), element("force_delay", late)))
+    plain = Model(name="m", elements=model.elements[:1])
+    expected = simulate(plain, inputs).force / (1.0 - (rate * turn) ** 2)
+    np.testing.assert_allclose(simulate(model, inputs).force, expected, rtol=1e-3, atol=0.05)
+
+
 @given(tau=st.floats(0.0, 0.01), lag=st.floats(0.0, 0.2), turn=st.floats(0.0, 1.0), periodic=st.booleans())
 @settings(max_examples=60, deadline=None)
 def test_a_lagging_force_is_weaker_and_later_as_a_low_pass_of_one_or_two_poles_makes_it(

@@ -138,7 +138,8 @@ ROWS: Final = (
             ParameterSpec(
                 "gap", "m", place="gap", limits=lambda s: (1e-5 * s.x_rms, 2.0 * s.x_rms), remedy=Remedy.STROKE
             ),
-            # The halves of a joint meet bit by bit: film, roughness and rubber before metal.
+            # The halves of a joint meet bit by bit: film, roughness and rubber before metal. Beside free air, which
+            # does the same, it is the air that says how.
             ParameterSpec("soft", "m", default=0.0, refinement=True, late=True, place="soft", remedy=Remedy.STROKE),
             ParameterSpec(
                 "f_soft", "N", TINY, default=1.0, refinement=True, late=True, place="f_soft", remedy=Remedy.SPEEDS

@@ -45,7 +45,7 @@ def low_passed(series: Floats, lag: float, turn: float, motion: Motion) -> Float
     It starts as a period before has left it where the motion repeats, else as after a long ramp of the first slope,
     u − lag·du/dt.
     """
-    if lag <= CHANCE.rounding * motion.dt or series.shape[0] < 2:
+    if max(lag, turn) <= CHANCE.rounding * motion.dt or series.shape[0] < 2:
         return series
     from scipy.signal import lfilter  # 0.3 s to import: only where it is needed
 
