@@ -25,6 +25,7 @@ class Features:
     margin: float  # to the best rival, in units of the form tolerance; a parameter more is one; inf without a rival
     own_share: float  # of its signature: what no refit of the base could imitate
     beside_curve: bool  # it is a curve over velocity, and the base has one of its own
+    beside_loop: bool  # it shows just after the motion turns, and so does one of the base or one that closes more
 
 
 def _beyond(amplitude: float, width: float) -> float:
@@ -42,6 +43,7 @@ DOUBTS: Mapping[str, Callable[[Features], float]] = {
     ),  # a margin is -1 at least: 1 for the closest rival, 1/2 for an even one
     "imitated": lambda f: -log(min(max(f.own_share, CHANCE.visible), 1.0)),
     "beside_curve": lambda f: float(f.beside_curve),
+    "beside_loop": lambda f: float(f.beside_loop),
 }
 """What speaks against a name, each ≥ 0 and larger the more it does.
 
@@ -108,5 +110,6 @@ def confidence_without_rival(runs: int, table: Table) -> float:
         margin=inf,
         own_share=1.0,
         beside_curve=False,
+        beside_loop=False,
     )
     return confidence(clear, table)

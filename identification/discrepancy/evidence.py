@@ -13,7 +13,7 @@ from identification.discrepancy.confidence import Features, confidence, doubts
 from identification.discrepancy.confidence_table import fitted_table
 from identification.discrepancy.excess import contribution, excess_of, significant_excess
 from identification.discrepancy.naming import Search
-from identification.discrepancy.rivals import Rival, beside_a_curve, margin_of, rivals_of
+from identification.discrepancy.rivals import Rival, beside_a_curve, beside_a_loop, margin_of, rivals_of
 from identification.discrepancy.strength import seen_by, spread_of, strengths
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model
@@ -61,6 +61,7 @@ def _evidence(found: Search, name: str, records: Sequence[Record], held_out: Seq
         margin=margin_of(rivals),
         own_share=own_share,
         beside_curve=beside_a_curve(found, name),
+        beside_loop=beside_a_loop(found, name),
     )
     believed = confidence(features, fitted_table())
     return Evidence(
@@ -101,6 +102,7 @@ def main_doubt(evidence: Evidence) -> str:
         "rivalry": f"{_closest(evidence.rivals)} is only {max(features.margin, 0.0):.1f} tolerances of form behind",
         "imitated": f"a refit of the base imitates {1.0 - features.own_share**2:.0%} of it",
         "beside_curve": "the damping curve of the base may be wrong instead",
+        "beside_loop": "another element acts just after the motion turns, and how it does may be wrong instead",
     }
     return words[max(against, key=lambda name: against[name])]
 

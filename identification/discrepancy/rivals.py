@@ -8,6 +8,7 @@ from math import inf
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.naming import Search
 from identification.discrepancy.trials import Trial, allowance, complexity
+from identification.physical.elements import ElementSpec
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,12 +43,25 @@ def beside_a_curve(found: Search, name: str) -> bool:
 
     A straight one has no form to be wrong: a bend beside it is what it lacks.
     """
-    own = found.fit.model.element(name).spec
-    if not own.shaped:
+    if not found.fit.model.element(name).spec.shaped:
         return False
+    return any(e.spec.bent for e in found.given.on("core")) or any(s.shaped for s in _larger(found, name))
+
+
+def beside_a_loop(found: Search, name: str) -> bool:
+    """Whether a name shows just after the motion turns, beside another one that does, of the base or of a name that
+    closes more: how that one turns may be what is wrong.
+    """
+    if not found.fit.model.element(name).spec.after_reversal:
+        return False
+    beside = [*(e.spec for e in found.given.elements), *_larger(found, name)]
+    return any(s.after_reversal for s in beside)
+
+
+def _larger(found: Search, name: str) -> list[ElementSpec]:
+    """The named elements that close more than one of them does."""
     missing = {n: excess_of(c.without) for n, c in found.compared.items() if n in found.names}
-    larger = (found.fit.model.element(n).spec for n in found.names if missing[n] > missing[name])
-    return any(e.spec.bent for e in found.given.on("core")) or any(s.shaped for s in larger)
+    return [found.fit.model.element(n).spec for n in found.names if missing[n] > missing[name]]
 
 
 def _rival(chosen: Trial, other: Trial) -> Rival:

@@ -18,6 +18,7 @@ def drawn(rng: np.random.Generator, truth: Table, seed: int) -> JudgedName:
         spread=rng.exponential(0.1), runs=int(rng.integers(1, 7)), left_beside=rng.uniform() ** 3,
         left_held_out=rng.uniform() ** 3,
         margin=rng.uniform(0.0, 5.0), own_share=rng.uniform(0.05, 1.0), beside_curve=bool(rng.random() < 0.3),
+        beside_loop=False,
     )  # fmt: skip
     return JudgedName(seed=seed, features=f, stated=0.5, true=bool(rng.random() < confidence(f, truth)))
 

@@ -20,7 +20,7 @@ SHARES = st.floats(0.0, 1.0)
 AMOUNTS = st.floats(0.0, 50.0)
 FEATURES = st.builds(
     Features, spread=AMOUNTS, runs=st.integers(0, 30), left_beside=SHARES, left_held_out=SHARES, own_share=SHARES,
-    margin=st.floats(-1.0, 20.0) | st.just(inf), beside_curve=st.booleans(),
+    margin=st.floats(-1.0, 20.0) | st.just(inf), beside_curve=st.booleans(), beside_loop=st.booleans(),
 )  # fmt: skip
 TABLES = st.builds(
     Table, without_doubt=st.floats(-10.0, 10.0), names=st.integers(0, 1000),
@@ -30,6 +30,7 @@ TABLES = st.builds(
 EVERY_DOUBT = Table(without_doubt=5.0, weights=dict.fromkeys(DOUBTS, 0.3), most=(0.7, 0.9), sure_from=0.9, names=100)
 SURE = Features(
     spread=0.01, runs=6, left_beside=0.01, left_held_out=0.01, margin=5.0, own_share=0.8, beside_curve=False,
+    beside_loop=False,
 )  # fmt: skip
 
 
@@ -56,8 +57,9 @@ def test_more_runs_a_larger_margin_and_more_of_its_own_never_lower_it(
 
 
 @given(FEATURES, TABLES)
-def test_a_curve_beside_the_one_of_the_base_is_never_more_certain(f: Features, table: Table) -> None:
-    beside, alone = replace(f, beside_curve=True), replace(f, beside_curve=False)
+@pytest.mark.parametrize("name", ["beside_curve", "beside_loop"])
+def test_what_acts_beside_another_of_its_sort_is_never_more_certain(name: str, f: Features, table: Table) -> None:
+    beside, alone = replace(f, **{name: True}), replace(f, **{name: False})
     assert confidence(beside, table) <= confidence(alone, table)
 
 
@@ -70,7 +72,7 @@ def test_nothing_is_more_certain_than_what_has_no_rival(f: Features, table: Tabl
     "worse",
     [
         {"spread": 0.3}, {"runs": 1}, {"left_held_out": 0.5}, {"margin": 0.0},
-        {"own_share": 0.1}, {"beside_curve": True},
+        {"own_share": 0.1}, {"beside_curve": True}, {"beside_loop": True},
     ],
 )  # fmt: skip
 def test_every_doubt_counts(worse: dict[str, float]) -> None:

@@ -218,6 +218,13 @@ class ElementSpec:
         return self.shaped and not self.needs_current
 
     @property
+    def after_reversal(self) -> bool:
+        """Whether it shows just after the motion turns, as a friction, a soft joint and a lag do: two of them may be
+        taken for one another."""
+        lags = self.moves_all or (self.memory and self.path == "core")
+        return self.friction or self.path == "mount" or lags
+
+    @property
     def constant_force(self) -> bool:
         """Whether the element is a constant force and nothing else: beside another free one it can't be seen."""
         return all(p.outside for p in self.parameters)

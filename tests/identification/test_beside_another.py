@@ -1,4 +1,4 @@
-"""A curve over velocity beside another one may be what is wrong with the form of that."""
+"""A curve beside another curve, or a loop beside another loop, may be what is wrong with the form of that."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.naming import Compared, Search
-from identification.discrepancy.rivals import beside_a_curve
+from identification.discrepancy.rivals import beside_a_curve, beside_a_loop
 from identification.fitting.leastsquares import fit_records
 from identification.physical.model import Element, Model, element
 from tests.identification.specimens import records_with
@@ -20,6 +20,9 @@ CURVES = {
     ),
     "relief_valve": element("relief_valve", {"c_drop": 100.0, "w_knee": 0.1}),
     "coulomb_friction": element("coulomb_friction", {"f_c": 20.0}),
+    "reversal_force_lag": element("reversal_force_lag", {"length": 1e-3}),
+    "series_compliance": element("series_compliance", {"k": 1e6, "c": 1e3}),
+    "linear_stiffness": element("linear_stiffness", {"k": 100.0}),
 }
 DASHPOT = element("viscous_damping", {"c": 800.0})
 
@@ -53,3 +56,21 @@ def test_of_two_curves_the_one_that_closes_less_may_be_the_form_of_the_other(
 ) -> None:
     search = found(base, *closing)
     assert {name for name in closing if beside_a_curve(search, name)} == doubted
+
+
+@pytest.mark.parametrize(
+    ("base", "closing", "doubted"),
+    [
+        (DASHPOT, ("reversal_force_lag", "coulomb_friction"), {"reversal_force_lag"}),
+        (DASHPOT, ("coulomb_friction", "reversal_force_lag"), {"coulomb_friction"}),
+        (DASHPOT, ("series_compliance", "linear_stiffness"), set()),
+        (DASHPOT, ("linear_stiffness", "series_compliance"), set()),
+        (CURVES["coulomb_friction"], ("series_compliance",), {"series_compliance"}),
+        (CURVES["tanh_hysteresis"], ("reversal_force_lag",), set()),
+    ],
+)
+def test_of_two_that_act_where_the_motion_turns_the_one_that_closes_less_may_be_the_form_of_the_other(
+    base: Element, closing: tuple[str, ...], doubted: set[str]
+) -> None:
+    search = found(base, *closing)
+    assert {name for name in closing if beside_a_loop(search, name)} == doubted
