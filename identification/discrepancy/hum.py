@@ -15,7 +15,7 @@ from identification.criteria import CHANCE, FORM
 from identification.physical.elements import TONE
 from identification.physical.model import Element, element
 from identification.record import Record
-from identification.tone import Near, changing, frequency_in, refined, sight_of
+from identification.tone import Near, changing, frequency_in, refined, sight_of, tone_in
 
 Floats = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
         left = np.array([s.left(f) for s, f in zip(sights, own, strict=True)])
         if frequency < slowest or not np.any(left > FORM.tone_left):
             continue
-        tones = [n.tone(f) for n, f in zip(near, own, strict=True)]
+        tones = [n.tone(f, s.comb(f)) for n, s, f in zip(near, sights, own, strict=True)]
         amplitudes, ratios = (np.array(q)[left > FORM.tone_left] for q in zip(*tones, strict=True))
         amplitudes /= left[left > FORM.tone_left]
         middle = float(np.median(amplitudes))
@@ -72,9 +72,5 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
 
 def hum_in(record: Record, residual: Floats, hum: Hum) -> Floats:
     """The tone as it is in one record, (N,), N, fitted to the residual of its window."""
-    turn = 2.0 * np.pi * frequency_in(record, residual, hum.frequency_hz) * record.motion.t
-    inside = turn[record.window]
-    basis = np.column_stack([np.sin(inside), np.cos(inside)])
-    sine, cosine = np.linalg.lstsq(basis, residual, rcond=None)[0]
-    tone: Floats = sine * np.sin(turn) + cosine * np.cos(turn)
-    return tone
+    frequency = frequency_in(record, residual, hum.frequency_hz)
+    return tone_in(residual, record.motion.t[record.window], frequency)(record.motion.t)

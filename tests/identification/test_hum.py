@@ -65,6 +65,36 @@ def test_runs_whose_periods_all_but_repeat_a_tone_do_not_draw_it_to_where_they_w
     assert hum.amplitude == pytest.approx(5.0, rel=0.02)
 
 
+def a_slow_triangle(seed: int, *, period_s: float) -> tuple[Record, np.ndarray[tuple[int], np.dtype[np.float64]]]:
+    """A triangle with rests in displacement, and what a friction leaves of its force: a comb of harmonics."""
+    t = np.arange(8000) / 200.0
+    x = 0.02 * np.clip(1.3 * 2.0 / np.pi * np.arcsin(np.sin(2 * np.pi * t / period_s)), -1.0, 1.0)
+    v = np.gradient(x, t)
+    record = record_from_run(
+        Run(
+            run_id=f"ramps{seed}", created="2026-11-27T00:00:00+00:00", specimen="", sample_rate_hz=200.0,
+            period_samples=0, excitation_kind="custom", status="complete",
+            channels={"displacement": x, "force": 300.0 * v + np.random.default_rng(seed).normal(0.0, 0.1, t.size)},
+            units={"displacement": "m", "force": "N"},
+        )
+    )  # fmt: skip
+    return record, 30.0 * np.sign(v) + np.random.default_rng(seed + 100).normal(0.0, 0.05, t.size)
+
+
+@pytest.mark.parametrize(
+    "periods_s", [(2.3513, 3.4489, 4.1514, 2.9488), (2.3513, 2.3848, 2.4514, 2.4178), (2.3848,) * 4]
+)  # one harmonic of each is within 0.1 % of 60 Hz; of the last they have one amplitude
+def test_harmonics_of_a_slow_triangle_too_many_to_count_are_no_hum_and_hide_none(periods_s: tuple[float, ...]) -> None:
+    records, rests = zip(*(a_slow_triangle(k, period_s=p) for k, p in enumerate(periods_s)), strict=True)
+    rests = [e[r.window] for e, r in zip(rests, records, strict=True)]
+    assert find_hum(rests, records) is None
+    tones = [5.0 * np.sin(2 * np.pi * 60.0 * r.motion.t[r.window] + k) for k, r in enumerate(records)]
+    hum = find_hum([e + tone for e, tone in zip(rests, tones, strict=True)], records)
+    assert hum is not None
+    assert hum.frequency_hz == pytest.approx(60.0, abs=0.01)
+    assert hum.amplitude == pytest.approx(5.0, rel=0.05)
+
+
 def a_rough_record(seed: int, *, clock: float) -> Record:
     """Noise-like motion; the recorder takes a sample every (1 + clock) steps of the time that it states."""
     rng = np.random.default_rng(seed)
