@@ -71,7 +71,7 @@ class Sight:
         return 0.0 if away < FORM.tone_lines and harmonic > 0 else 1.0
 
     def comb(self, frequency: float) -> float | None:
-        """How far apart a sine's harmonics are, Hz, where it is not known on which lines near a frequency; else None."""
+        """How far apart a sine's harmonics are, Hz, where it is not known on which lines near a frequency, or None."""
         if self.period or self.fundamental is None:
             return None
         return self.fundamental if _OFF * frequency / self.fundamental > FORM.tone_lines else None
