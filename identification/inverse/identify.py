@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.blackbox.choose import Judged
+from identification.blackbox.duplicates import check_copies
 from identification.blackbox.given import Base, candidates_for, check_long_enough
 from identification.blackbox.model import BlackBox, check_rate
 from identification.blackbox.networks import networks
@@ -136,6 +137,7 @@ def inverse_runs(
     for one in every:
         check_measured(one)
     _limits([course_of(one, ()) for one in every[: len(runs)]])
+    check_copies(runs, ("current",))
     if isinstance(forward, BlackBox):
         check_rate(forward.name, forward.dt, 1.0 / every[0].sample_rate_hz)
     return every[: len(runs)], every[len(runs) :]

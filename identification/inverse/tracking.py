@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from identification.errors import DataError
 from identification.inverse.by_forward import inverted
 from identification.inverse.model import Inverse, forward_of
-from identification.inverse.reach import Limits, check_reached, reach_of
+from identification.inverse.reach import Limits, check_controlled, check_reached, reach_of
 from identification.inverse.wanted import Wanted
 from identification.models.protocol import SimulationModel
 
@@ -110,6 +110,7 @@ def track(
 
 def limits_of(forward: SimulationModel) -> Limits:
     """The currents that a forward model was trained within; raises DataError where it states none."""
+    check_controlled(forward)
     known = forward.training_range
     if known is None or "current" not in known.limits:
         raise DataError(f"'{forward.name}' states no range of the current: give the limits (--current LOW HIGH)")
