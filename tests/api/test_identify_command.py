@@ -69,6 +69,15 @@ def test_a_search_for_regressors_is_told_drawn_and_kept(place: Path, capsys: pyt
     assert not Path("m.json").exists()
 
 
+def test_a_run_that_cannot_be_shown_is_refused_before_regressors_are_searched(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["--select", "--search", "search.json", "--held-out", "faster.h5"]
+    assert main(["identify", "nnoe", "learned.h5", *asked, "-o", "n.json"]) == 2
+    assert "faster.h5 has 500 Hz, learned.h5 200 Hz" in capsys.readouterr().err
+    assert not (place / "search.json").exists()
+
+
 def test_a_hybrid_builds_on_a_given_model(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
     viscous = Model(name="v", elements=(element("viscous_damping", {"c": 900.0}),))
     write_model(Path("base.json"), viscous)
