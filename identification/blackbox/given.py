@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from identification.blackbox.choose import Candidate
 from identification.blackbox.duplicates import check_distinct
 from identification.blackbox.folds import FOLDS, SHORTEST, folds_of

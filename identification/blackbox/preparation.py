@@ -21,6 +21,7 @@ from identification.signals import SIGNALS
 from rigctl.runfile import Run
 
 _LARGEST_PART = 1000  # of the ratio of two rates
+_SIMPLE = 20  # that of a ratio that is proposed
 # Times the rate of a run that it may be resampled to: at a higher rate no more is known, and time and memory grow.
 # Half or double: nothing, a run of another machine has a rate within a few times.
 _MOST_UP = 20
@@ -157,8 +158,10 @@ def resampled(run: Run, rate_hz: float) -> Run:
     if ratio == 1:
         return run
     if not 0 < up <= _LARGEST_PART or abs(float(ratio) * run.sample_rate_hz / rate_hz - 1.0) > 1e-9:
+        near = max(ratio.limit_denominator(_SIMPLE), Fraction(1, _LARGEST_PART))
         raise DataError(
-            f"{name_of(run)}: {run.sample_rate_hz:g} Hz can't be brought to {rate_hz:g} Hz by a simple ratio"
+            f"{name_of(run)}: {run.sample_rate_hz:g} Hz can't be brought to {rate_hz:g} Hz by a simple ratio: ask for "
+            f"{float(near) * run.sample_rate_hz:.12g} Hz, {near} of it"
         )
     from scipy.signal import resample_poly  # 0.3 s to import: only where it is needed
 

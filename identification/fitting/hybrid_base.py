@@ -1,4 +1,4 @@
-"""What a hybrid builds on, a physical model that is given or a simple one that is fitted; and what is refused before."""
+"""What a hybrid builds on: a physical model that is given, or a simple one; and what is refused before it is fitted."""
 
 from __future__ import annotations
 

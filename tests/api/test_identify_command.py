@@ -127,6 +127,7 @@ def test_simulate_says_where_and_how_far_a_run_leaves_the_training(
         (["nnoe", "learned.h5", "--regressors", "F1 F2 v0 v1", "--nodes", "64"], ["samples for 389 weights"]),
         (["arx", "absent.h5"], ["absent.h5"]),
         (["arx", "learned.h5", "--rate", "0"], ["rate is 0 Hz"]),
+        (["arx", "learned.h5", "--rate", "77.777"], ["200 Hz can't be brought to 77.777 Hz", "77.7777777778 Hz, 7/18"]),
     ],
 )
 def test_what_cannot_be_identified_is_refused_in_one_line_and_leaves_no_file(
