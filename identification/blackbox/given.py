@@ -13,8 +13,8 @@ from identification.blackbox.networks import scales_for
 from identification.blackbox.preparation import (
     absent_signals,
     at_one_rate,
-    between_jumps,
     course_of,
+    learnable,
     measured_signals,
     velocity_notes,
 )
@@ -89,7 +89,7 @@ def given(
         raise DataError("no run was given: at least one measured run is needed")
     for one in [*runs, *held_out]:
         check_measured(one)
-    pieces, notes = between_jumps(runs)
+    pieces, notes = learnable(runs)
     if kind in RECIPES and base is None:
         notes += velocity_notes([*pieces, *held_out])
     every = at_one_rate([*pieces, *held_out], rate_hz)

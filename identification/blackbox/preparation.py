@@ -12,6 +12,7 @@ import numpy as np
 from identification.blackbox.folds import FOLDS, SHORTEST, stretch_of
 from identification.blackbox.samples import Course
 from identification.errors import DataError, SimulationError
+from identification.force_faults import bridged, spike_fault
 from identification.models.inputs import MEASURED, with_measured
 from identification.models.protocol import SimulationModel
 from identification.models.simulation import force_along, name_of
@@ -43,6 +44,17 @@ def velocity_notes(runs: Sequence[Run]) -> list[str]:
         for one, fault in found
         if fault is not None
     ]
+
+
+def learnable(runs: Sequence[Run]) -> tuple[list[Run], list[str]]:
+    """The runs without the faults of their sensors, and a line for each: spikes of the force bridged, no jump left.
+
+    Raises DataError, one line, where no piece between jumps is long enough to learn from.
+    """
+    faults = ((one, spike_fault(one)) for one in runs)
+    notes = [f"{name_of(one)}: force: {fault}; the mean of its neighbours is learned" for one, fault in faults if fault]
+    pieces, more = between_jumps(list(map(bridged, runs)))
+    return pieces, [*notes, *more]
 
 
 def between_jumps(runs: Sequence[Run]) -> tuple[list[Run], list[str]]:

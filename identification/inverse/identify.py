@@ -14,7 +14,7 @@ from identification.blackbox.duplicates import check_copies
 from identification.blackbox.given import Base, candidates_for, check_long_enough
 from identification.blackbox.model import BlackBox, check_rate
 from identification.blackbox.networks import networks
-from identification.blackbox.preparation import at_one_rate, between_jumps, course_of, is_constant
+from identification.blackbox.preparation import at_one_rate, course_of, is_constant, learnable
 from identification.blackbox.samples import Course
 from identification.blackbox.structure import FORCE, MODEL, Structure
 from identification.compute.blas import one_blas_thread
@@ -124,7 +124,7 @@ def inverse_runs(
         raise DataError(f"'{forward.name}' has no current among its inputs: give a forward model that has")
     if not runs:
         raise DataError("no run was given: at least one measured run is needed")
-    runs, _ = between_jumps(runs)
+    runs, _ = learnable(runs)
     every = at_one_rate([*runs, *held_out], rate_hz)
     for structure in structures:
         if "current" not in structure.signals:  # its force and its current have changed places
