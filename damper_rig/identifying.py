@@ -22,7 +22,7 @@ from identification.blackbox import (
 )
 from identification.blackbox import identify as identified
 from identification.errors import ModelError
-from identification.fitting.hybrid_base import base_asked
+from identification.fitting.hybrid_base import base_asked, check_asked
 from identification.measured import check_runs
 from identification.models import SimulationModel
 from identification.physical.model import Model
@@ -99,6 +99,8 @@ def identify(
     if below is not None and not isinstance(below, Model):
         raise ModelError(f"'{below.name}' is of kind '{below.kind}': a hybrid builds on a physical model")
     check_runs([*measured, *kept], once=True)
+    if kind == "hybrid":  # what others refuse, they refuse at once
+        check_asked(kind, measured, kept, structures=structures, rate_hz=rate_hz, base=below, layers=shape)
     with working("identifying") as tell:
         found = identified(
             kind,

@@ -9,13 +9,16 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.force_faults import spike_fault
 from identification.motion_faults import jump_fault, velocity_fault
 from identification.period import with_period_seen
 from rigctl.magnitudes import doubts_of
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
-Kind = Literal["polarity", "clipping", "frozen", "skew", "drift", "aliasing", "period", "magnitude", "jump", "velocity"]
+Kind = Literal[
+    "polarity", "clipping", "frozen", "skew", "drift", "aliasing", "period", "magnitude", "jump", "velocity", "spike"
+]
 
 UNITS: Final = {"displacement": "m", "force": "N", "current": "A"}
 _IMPORTED = 300_000  # samples of an imported run that are looked at: 5 min at 1 kHz
@@ -200,6 +203,12 @@ def _velocity(run: Run) -> Iterator[Finding]:
         yield Finding("velocity", "velocity", text)
 
 
+def _spikes(run: Run) -> Iterator[Finding]:
+    """Single samples of the force that stand off both of their neighbours."""
+    if (text := spike_fault(run)) is not None:
+        yield Finding("spike", "force", text)
+
+
 _LOOKS: Final[tuple[Callable[[Run], Iterator[Finding]], ...]] = (
     _polarity,
     _skew,
@@ -207,6 +216,7 @@ _LOOKS: Final[tuple[Callable[[Run], Iterator[Finding]], ...]] = (
     _aliased,
     _jumps,
     _velocity,
+    _spikes,
 )
 
 

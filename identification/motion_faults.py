@@ -24,6 +24,7 @@ _FASTEST, _ALLOWED = 0.9, 3.0  # and this many times the steps that nine tenths 
 # of half of its signal has 0.8; noise alone 0. Half: a velocity whose noise is as large as its signal is used.
 _SHARED = 0.5
 _OTHER_UNIT = 2.0  # or half: of the size of that derivative. No sensor is so wrong, but mm/s, inches and g are.
+_FROZEN = 1e-12  # m/s: a velocity that moves by less is that of no sensor
 _FEWEST = 64  # samples from which a velocity is compared
 
 
@@ -88,6 +89,8 @@ def velocity_fault(run: Run) -> str | None:
     v = run.channels.get("velocity")
     if v is None or v.size < _FEWEST or np.ptp(run.channels["displacement"]) == 0.0:
         return None
+    if np.ptp(v) <= _FROZEN:
+        return f"it is frozen at {v[0]:.4g} m/s: check its sensor, or leave it out"
     x = run.channels["displacement"]
     steps = np.diff(x)
     without = np.concatenate([x[:1], x[0] + np.cumsum(np.where(np.abs(steps) > _allowed(steps), 0.0, steps))])

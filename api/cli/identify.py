@@ -96,7 +96,7 @@ def identify(
     from identification.blackbox import identify as identified
     from identification.blackbox import layers_asked, structures_asked
     from identification.compute import chosen
-    from identification.fitting.hybrid_base import base_asked
+    from identification.fitting.hybrid_base import base_asked, check_asked
     from identification.measured import read_runs
     from identification.physical.modelfile import read_model
 
@@ -123,6 +123,8 @@ def identify(
     )
     read = read_runs([*runs, *(held_out or [])], once=True)
     measured, shown = read[: len(runs)], read[len(runs) :]
+    if asked is not None or kind == "hybrid":  # what others refuse, they refuse at once
+        check_asked(kind, measured, shown, structures=structures, rate_hz=rate, base=below, layers=shape)
     with chosen(os.environ), progress_bar("identifying") as tell:
         found = None if asked is None else searched(kind, measured, asked, rate, search, tell)
         begun = 0.0 if found is None else SHARE

@@ -31,11 +31,8 @@ def simulate_axes(
     for load, force in model.simulate(measured).items():
         made = with_channel(made, f"{load}_simulated", force, UNITS[load])
     warn([measured])
-    for axis, share in model.outside(measured).items():
-        print(
-            f"damper-rig: {name_of(measured)}: {100.0 * share:.3g} % of {axis} lies outside the training",
-            file=sys.stderr,
-        )
+    for sentence in model.described(measured):
+        print(f"damper-rig: {name_of(measured)}: {sentence}", file=sys.stderr)
     write_run(output, made)
     answer(
         str(output), {"file": str(output), "channels": [f"{load}_simulated" for load in model.loads]}, as_json=as_json

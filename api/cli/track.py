@@ -78,8 +78,8 @@ def track(
         found = tracked(described, asked, limits, learned=not forward)
     warn([measured])  # only now: a refusal is one line
     cannot = found.described(asked.motion.dt)
-    if cannot:
-        print(f"damper-rig: {cannot}", file=sys.stderr)
+    for sentence in (*([cannot] if cannot else []), *found.beyond):
+        print(f"damper-rig: {sentence}", file=sys.stderr)
     made = with_channel(measured, CURRENT, _whole(found.current, measured.samples), "A")
     write_run(output, with_channel(made, "force_simulated", _whole(found.force, measured.samples), "N"))
     answer(f"{output}: {_text(found)}", {"file": str(output), **tracking_data(found)}, as_json=as_json)

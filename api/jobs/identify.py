@@ -116,18 +116,17 @@ def _check(task: Task) -> None:
         _physical(asked)
         check_multiaxis(runs, held_out, rate_hz=asked["rate_hz"])
         return
-    from identification.blackbox import check_searchable, given, offer_asked, structures_asked
-    from identification.fitting.hybrid_base import base_asked
+    from identification.blackbox import check_searchable, offer_asked, structures_asked
+    from identification.fitting.hybrid_base import check_asked
 
     kind = asked["model_kind"]
     structures = structures_asked(kind, asked["regressors"], asked["nodes"], searched=asked["select"])
     if asked["select"]:
         check_searchable(kind)
         offer_asked(nodes=asked["nodes"], longest=asked["longest"], every=asked["every"])
-    base = base_asked(kind, _physical(asked), runs, fitted=False)
-    given(
-        kind, runs, held_out, structures=structures, rate_hz=asked["rate_hz"],
-        base=None if base is None else base.model, layers=_layers(asked),
+    check_asked(
+        kind, runs, held_out, structures=structures, rate_hz=asked["rate_hz"], base=_physical(asked),
+        layers=_layers(asked),
     )  # fmt: skip
 
 

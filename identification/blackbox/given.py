@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from identification.blackbox.choose import Candidate
+from identification.blackbox.duplicates import check_distinct
 from identification.blackbox.folds import FOLDS, SHORTEST, folds_of
 from identification.blackbox.layers import Layers
 from identification.blackbox.networks import scales_for
 from identification.blackbox.preparation import (
     absent_signals,
     at_one_rate,
-    between_jumps,
     course_of,
+    learnable,
     measured_signals,
     velocity_notes,
 )
@@ -36,11 +35,6 @@ LEAST_FOR_EACH_WEIGHT = 3.0
 KINDS = (*RECIPES, "polynomial")
 LAYERED = ("narx", "mlp")
 """Kinds that predict from measured forces, or from none: their layers may be stated."""
-
-# Correlation above which a signal is a copy of another: they differ by 1e-4 of their size, what the smoothing of a
-# measured displacement takes away. A hundredth of that: such a copy is not seen; a hundred times: a current that is
-# made from the motion, with noise of one percent, is refused.
-_SAME = 1.0 - 0.5e-8
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,11 +89,11 @@ def given(
         raise DataError("no run was given: at least one measured run is needed")
     for one in [*runs, *held_out]:
         check_measured(one)
-    runs, notes = between_jumps(runs)
+    pieces, notes = learnable(runs)
     if kind in RECIPES and base is None:
-        notes += velocity_notes([*runs, *held_out])
-    every = at_one_rate([*runs, *held_out], rate_hz)
-    runs, held_out = every[: len(runs)], every[len(runs) :]
+        notes += velocity_notes([*pieces, *held_out])
+    every = at_one_rate([*pieces, *held_out], rate_hz)
+    runs, held_out = every[: len(pieces)], every[len(pieces) :]
     _check_of_kind(kind, structures)
     measured = measured_signals(every) if kind in RECIPES and base is None else ()
     courses = [course_of(one, measured, base) for one in runs]
@@ -118,7 +112,7 @@ def given(
         candidates = candidates_for(recipe, courses, structures, absent, layers)
         tried = [one.structure for one in candidates]
     scales_for(courses, tried)  # refuses a constant signal
-    _check_distinct(courses, tried)
+    check_distinct(pieces, courses, list(dict.fromkeys(name for one in tried for name in one.signals)))
     _check_held_out(held_out, runs, tried)
     return Given(
         held_out=held_out, courses=courses, measured=measured, absent=absent, candidates=candidates, tried=tried,
@@ -187,24 +181,6 @@ def _check_present(structures: Sequence[Structure], absent: Sequence[str]) -> No
     missing = next((name for one in structures for name in one.signals if name in absent), None)
     if missing is not None:
         raise DataError(f"{missing} does not vary in these runs: leave it out of the regressors")
-
-
-def _check_distinct(courses: Sequence[Course], tried: Sequence[Structure]) -> None:
-    """Raise DataError where a recorded signal says nothing that another one does not.
-
-    Displacement and its derivatives are left out: along one sine the acceleration is the displacement.
-    """
-    names = list(dict.fromkeys(name for one in tried for name in one.signals))
-    series = {name: np.concatenate([one.series(name)[one.counted] for one in courses]) for name in names}
-    for k, name in enumerate(names):
-        for other in names[:k]:
-            if not {name, other} & {"current", "temperature"}:
-                continue
-            if abs(float(np.corrcoef(series[name], series[other])[0, 1])) > _SAME:
-                raise DataError(
-                    f"{name} is {other} times a constant in all runs: a duplicate tells nothing; "
-                    f"leave one of them out of the regressors, or record its own {name}"
-                )
 
 
 def _check_held_out(held_out: Sequence[Run], runs: Sequence[Run], tried: Sequence[Structure]) -> None:

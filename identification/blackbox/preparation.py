@@ -12,6 +12,7 @@ import numpy as np
 from identification.blackbox.folds import FOLDS, SHORTEST, stretch_of
 from identification.blackbox.samples import Course
 from identification.errors import DataError, SimulationError
+from identification.force_faults import bridged, spike_fault
 from identification.models.inputs import MEASURED, with_measured
 from identification.models.protocol import SimulationModel
 from identification.models.simulation import force_along, name_of
@@ -21,6 +22,7 @@ from identification.signals import SIGNALS
 from rigctl.runfile import Run
 
 _LARGEST_PART = 1000  # of the ratio of two rates
+_SIMPLE = 20  # that of a ratio that is proposed
 # Times the rate of a run that it may be resampled to: at a higher rate no more is known, and time and memory grow.
 # Half or double: nothing, a run of another machine has a rate within a few times.
 _MOST_UP = 20
@@ -42,6 +44,17 @@ def velocity_notes(runs: Sequence[Run]) -> list[str]:
         for one, fault in found
         if fault is not None
     ]
+
+
+def learnable(runs: Sequence[Run]) -> tuple[list[Run], list[str]]:
+    """The runs without the faults of their sensors, and a line for each: spikes of the force bridged, no jump left.
+
+    Raises DataError, one line, where no piece between jumps is long enough to learn from.
+    """
+    faults = ((one, spike_fault(one)) for one in runs)
+    notes = [f"{name_of(one)}: force: {fault}; the mean of its neighbours is learned" for one, fault in faults if fault]
+    pieces, more = between_jumps(list(map(bridged, runs)))
+    return pieces, [*notes, *more]
 
 
 def between_jumps(runs: Sequence[Run]) -> tuple[list[Run], list[str]]:
@@ -157,8 +170,10 @@ def resampled(run: Run, rate_hz: float) -> Run:
     if ratio == 1:
         return run
     if not 0 < up <= _LARGEST_PART or abs(float(ratio) * run.sample_rate_hz / rate_hz - 1.0) > 1e-9:
+        near = max(ratio.limit_denominator(_SIMPLE), Fraction(1, _LARGEST_PART))
         raise DataError(
-            f"{name_of(run)}: {run.sample_rate_hz:g} Hz can't be brought to {rate_hz:g} Hz by a simple ratio"
+            f"{name_of(run)}: {run.sample_rate_hz:g} Hz can't be brought to {rate_hz:g} Hz by a simple ratio: ask for "
+            f"{float(near) * run.sample_rate_hz:.12g} Hz, {near} of it"
         )
     from scipy.signal import resample_poly  # 0.3 s to import: only where it is needed
 

@@ -52,10 +52,16 @@ class Scale:
             raise ModelError(f"size is {self.size:g}: it must lie within {_LEAST_SIZE:g} … 1 of the range of {span:g}")
 
     @property
-    def edges(self) -> tuple[float, float]:
-        """The scaled values that the network never sees beyond."""
+    def told_apart(self) -> tuple[float, float]:
+        """The values, SI, beyond which the network sees the edge of what it tells apart."""
         margin = MARGIN * (self.high - self.low)
-        return self.scaled(self.low - margin), self.scaled(self.high + margin)
+        return self.low - margin, self.high + margin
+
+    @property
+    def edges(self) -> tuple[float, float]:
+        """The same, scaled."""
+        low, high = self.told_apart
+        return self.scaled(low), self.scaled(high)
 
     @property
     def trained(self) -> tuple[float, float]:
@@ -84,5 +90,4 @@ def seen(scale: Scale, values: Floats) -> Floats:
     What comes before the first finite value is the centre.
     """
     values = held(values, scale.centre)
-    margin = MARGIN * (scale.high - scale.low)
-    return (np.clip(values, scale.low - margin, scale.high + margin) - scale.centre) / scale.size
+    return (np.clip(values, *scale.told_apart) - scale.centre) / scale.size

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from identification.blackbox.preparation import absent_signals, at_one_rate, between_jumps, course_of, measured_signals
+from identification.blackbox.preparation import absent_signals, at_one_rate, course_of, learnable, measured_signals
 from identification.blackbox.recipes import RECIPES
 from identification.blackbox.selection import Known, Step, Tried, candidates, select, without_each
 from identification.blackbox.selectionfile import read_selection, write_selection
@@ -80,7 +80,7 @@ def search(
     if not runs:
         raise DataError("no run was given: at least one measured run is needed")
     asked, say = offer or Offer(), tell or (lambda done, text: None)
-    runs = at_one_rate(between_jumps(runs)[0], rate_hz)
+    runs = at_one_rate(learnable(runs)[0], rate_hz)
     courses = [course_of(one, measured_signals(runs)) for one in runs]
     symbols = _symbols(kind, absent_signals(runs, courses))
     courses = fair_share(courses, SAMPLES)

@@ -15,7 +15,7 @@ from identification.blackbox.model import check_rate
 from identification.blackbox.network import network
 from identification.blackbox.polynomial import PolynomialNarx
 from identification.blackbox.samples import LEAD, Samples
-from identification.blackbox.scaling import LARGEST, MARGIN, Scales
+from identification.blackbox.scaling import LARGEST, Scales
 from identification.blackbox.stops import LIMITS, stopped_once
 from identification.blackbox.structure import FORCE, MODEL, SYMBOLS, Structure
 from identification.models.stepping import Moment, Stepper
@@ -96,8 +96,8 @@ class _Lines:
         if not math.isfinite(value):
             return before
         scale = self._scales[name]
-        margin = MARGIN * (scale.high - scale.low)
-        return (min(max(value, scale.low - margin), scale.high + margin) - scale.centre) / scale.size
+        low, high = scale.told_apart
+        return (min(max(value, low), high) - scale.centre) / scale.size
 
 
 class BlackBoxStepper:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.blackbox.layered import LayeredNarx
 from identification.blackbox.model import BlackBox
+from identification.blackbox.polynomial import PolynomialNarx
 from identification.inverse.by_network import by_network
 from identification.inverse.reach import Limits, Reach, check_reached, reach_of
 from identification.inverse.wanted import Wanted
@@ -39,9 +41,10 @@ def by_forward(forward: SimulationModel, wanted: Wanted, limits: Limits) -> Floa
     SimulationError
         as the model does.
     """
-    reach = reach_of(forward, wanted, limits)
+    told = told_apart(forward, limits)
+    reach = reach_of(forward, wanted, told)
     check_reached(reach, wanted, limits)
-    return inverted(forward, wanted, limits, reach)
+    return inverted(forward, wanted, told, reach)
 
 
 def inverted(forward: SimulationModel, wanted: Wanted, limits: Limits, reach: Reach) -> Floats:
@@ -66,6 +69,19 @@ def inverted(forward: SimulationModel, wanted: Wanted, limits: Limits, reach: Re
         sought = np.where(can, reach.at(current) + gain * missing, wanted.force)
         current = _searched(reach, sought, limits)
     return best
+
+
+def told_apart(forward: SimulationModel, limits: Limits) -> Limits:
+    """The part of some limits within which a model tells currents apart: beyond, a black box sees its edge.
+
+    The levels of a reach lie closer there, and nothing is lost. Where the limits lie beyond, they are as they were.
+    """
+    known = forward.scales.get("current") if isinstance(forward, BlackBox | LayeredNarx | PolynomialNarx) else None
+    if known is None:
+        return limits
+    low, high = known.told_apart
+    low, high = max(low, limits.low), min(high, limits.high)
+    return Limits(low, high) if low < high else limits
 
 
 def _searched(reach: Reach, wanted: Floats, limits: Limits) -> Floats:

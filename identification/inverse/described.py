@@ -20,6 +20,7 @@ def inverse_text(result: IdentifiedInverse) -> str:
             f"  {name}: measured force tracked with a fit of {one.fit:.2f} %, by inversion of the forward model "
             f"{result.inverted[name].fit:.2f} %; {100.0 * one.share_cannot:.3g} % of the samples cannot be made"
         )
+        lines += [f"  {sentence}" for sentence in one.beyond]
     return "\n".join(lines)
 
 

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.blackbox.choose import Judged
+from identification.blackbox.duplicates import check_copies
 from identification.blackbox.given import Base, candidates_for, check_long_enough
 from identification.blackbox.model import BlackBox, check_rate
 from identification.blackbox.networks import networks
-from identification.blackbox.preparation import at_one_rate, between_jumps, course_of, is_constant
+from identification.blackbox.preparation import at_one_rate, course_of, is_constant, learnable
 from identification.blackbox.samples import Course
 from identification.blackbox.structure import FORCE, MODEL, Structure
 from identification.compute.blas import one_blas_thread
@@ -123,7 +124,7 @@ def inverse_runs(
         raise DataError(f"'{forward.name}' has no current among its inputs: give a forward model that has")
     if not runs:
         raise DataError("no run was given: at least one measured run is needed")
-    runs, _ = between_jumps(runs)
+    runs, _ = learnable(runs)
     every = at_one_rate([*runs, *held_out], rate_hz)
     for structure in structures:
         if "current" not in structure.signals:  # its force and its current have changed places
@@ -136,6 +137,7 @@ def inverse_runs(
     for one in every:
         check_measured(one)
     _limits([course_of(one, ()) for one in every[: len(runs)]])
+    check_copies(runs, ("current",))
     if isinstance(forward, BlackBox):
         check_rate(forward.name, forward.dt, 1.0 / every[0].sample_rate_hz)
     return every[: len(runs)], every[len(runs) :]

@@ -95,8 +95,7 @@ def reach_of(forward: SimulationModel, wanted: Wanted, limits: Limits, levels: i
     SimulationError
         as the model does.
     """
-    if "current" not in forward.inputs:
-        raise DataError(f"'{forward.name}' has no current among its inputs: it cannot be inverted; give one that has")
+    check_controlled(forward)
     currents = limits.levels(levels)
     forces = np.array([forward.force(wanted.driven(current)) for current in currents])
     size = float(np.std(forces))
@@ -107,6 +106,12 @@ def reach_of(forward: SimulationModel, wanted: Wanted, limits: Limits, levels: i
             f"{float(np.max(found.span)):.3g} N of {size:.3g} N rms within [{limits.low:g}, {limits.high:g}] A"
         )
     return found
+
+
+def check_controlled(forward: SimulationModel) -> None:
+    """Raise DataError, one line, where a model has no current to find."""
+    if "current" not in forward.inputs:
+        raise DataError(f"'{forward.name}' has no current among its inputs: it cannot be inverted; give one that has")
 
 
 def check_reached(reach: Reach, wanted: Wanted, limits: Limits) -> None:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import DataError
-from identification.inverse.by_forward import inverted
+from identification.inverse.by_forward import inverted, told_apart
 from identification.inverse.model import Inverse, forward_of
-from identification.inverse.reach import Limits, check_reached, reach_of
+from identification.inverse.reach import Limits, check_controlled, check_reached, reach_of
 from identification.inverse.wanted import Wanted
 from identification.models.protocol import SimulationModel
 
@@ -24,6 +24,7 @@ class Tracking:
 
     `fit` (%) and `rms` (N) compare the two forces over all samples. `lack` (N,), N, is by how much the wanted force
     lies above what any current gives, below it where less than 0; `cannot` (N,) are the samples where that counts.
+    `beyond` are sentences on where motion and current leave the training of the forward model.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Tracking:
     wanted: Floats
     lack: Floats
     cannot: NDArray[np.bool_]
+    beyond: tuple[str, ...] = ()
 
     @property
     def rms(self) -> float:
@@ -91,25 +93,29 @@ def track(
     """
     forward = forward_of(inverse)
     within = limits or (inverse.limits if isinstance(inverse, Inverse) else limits_of(forward))
-    reach = reach_of(forward, wanted, within)
+    told = told_apart(forward, within)
+    reach = reach_of(forward, wanted, told)
     check_reached(reach, wanted, within)
     if isinstance(inverse, Inverse) and learned:
         current = np.clip(inverse.current(wanted), within.low, within.high)
     else:
-        current = inverted(forward, wanted, within, reach)
+        current = inverted(forward, wanted, told, reach)
+    driven, known = wanted.driven(current), forward.training_range
     return Tracking(
         name=wanted.name,
         limits=within,
         current=current,
-        force=forward.force(wanted.driven(current)),
+        force=forward.force(driven),
         wanted=wanted.force,
         lack=reach.lack(wanted.force),
         cannot=reach.cannot(wanted.force),
+        beyond=() if known is None else tuple(f"{wanted.name}: {sentence}" for sentence in known.described(driven)),
     )
 
 
 def limits_of(forward: SimulationModel) -> Limits:
     """The currents that a forward model was trained within; raises DataError where it states none."""
+    check_controlled(forward)
     known = forward.training_range
     if known is None or "current" not in known.limits:
         raise DataError(f"'{forward.name}' states no range of the current: give the limits (--current LOW HIGH)")
@@ -127,4 +133,5 @@ def tracking_data(found: Tracking) -> dict[str, Any]:
         "current": [found.limits.low, found.limits.high],
         "share_cannot": found.share_cannot,
         "worst_lack": worst,
+        "outside_training": list(found.beyond),
     }

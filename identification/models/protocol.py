@@ -62,17 +62,25 @@ class TrainingRange:
         They say how often, where first, and how far.
         """
         sentences = []
-        for signal, share in self.left(motion).items():
-            low, high = self.limits[signal]
-            series, unit = getattr(motion, SIGNALS[signal]), UNITS[signal]
-            beyond = np.nan_to_num(np.maximum(low - series, series - high), nan=0.0)  # what is no number is held
-            first, far = int(np.argmax(beyond > 0.0)), int(np.argmax(beyond))
-            sentences.append(
-                f"{signal} leaves the training range [{low:.4g}, {high:.4g}] {unit} in {100.0 * share:.3g} % of the "
-                f"samples, first at {first * motion.dt:.4g} s, farthest at {far * motion.dt:.4g} s with "
-                f"{series[far]:.4g} {unit}, {beyond[far]:.2g} {unit} beyond"
-            )
+        for signal in self.left(motion):
+            series = getattr(motion, SIGNALS[signal])
+            sentences += leaving(signal, UNITS[signal], series, self.limits[signal], motion.dt)
         return sentences if self.together is None else [*sentences, *self.together.described(motion)]
+
+
+def leaving(signal: str, unit: str, series: Floats, limits: tuple[float, float], dt: float) -> list[str]:
+    """A sentence where a signal (N,) leaves its training range: how often, where first, and how far; or none."""
+    low, high = limits
+    beyond = np.nan_to_num(np.maximum(low - series, series - high), nan=0.0)  # what is no number is held
+    left = beyond > 0.0
+    if not left.any():
+        return []
+    first, far = int(np.argmax(left)), int(np.argmax(beyond))
+    return [
+        f"{signal} leaves the training range [{low:.4g}, {high:.4g}] {unit} in {100.0 * np.mean(left):.3g} % of the "
+        f"samples, first at {first * dt:.4g} s, farthest at {far * dt:.4g} s with {series[far]:.4g} {unit}, "
+        f"{beyond[far]:.2g} {unit} beyond"
+    ]
 
 
 class SimulationModel(Protocol):

@@ -24,7 +24,14 @@ _STILL = 1e-3  # of the largest travel of an axis over all runs: a run that move
 _ORDER, _OF_NOISE, _NOISY = 3, 20.0, 0.5
 _STEPS = 3  # values
 _LEAST_AXES = 2
+ONE_COMMAND = 0.05
+"""Of the rms of a motion: two actuators that play one command differ by less."""
 _ROUNDING = 1e-12  # of the place: no motion
+
+
+def unit_of(axis: str) -> str:
+    """The unit of the travel of an axis."""
+    return "rad" if axis.startswith("displacement_r") else "m"
 
 
 def channels_in(run: Run, names: Sequence[str]) -> list[str]:

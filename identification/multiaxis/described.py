@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import Any
 
+from identification.multiaxis.axes import unit_of
 from identification.multiaxis.identify import IdentifiedAxes
 
 
@@ -21,7 +22,7 @@ def axes_text(result: IdentifiedAxes) -> str:
             f"{held_out}"
         )
     lines += [
-        f"  {axis} is held in all runs, but for noise of {noise:.3g} {_unit(axis)}: no load depends on it"
+        f"  {axis} is held in all runs, but for noise of {noise:.3g} {unit_of(axis)}: no load depends on it"
         for axis, noise in result.held.items()
     ]
     lines += [
@@ -31,10 +32,7 @@ def axes_text(result: IdentifiedAxes) -> str:
     ]
     for run, found in result.checks.items():
         lines += [f"  {run}: {sentence}" for sentence in found.described() or ["the single tests add up"]]
-    for run, shares in result.outside.items():
-        lines += [
-            f"  {run}: {100.0 * share:.3g} % of {axis} lies outside the training" for axis, share in shares.items()
-        ]
+    lines += [f"  {run}: {sentence}" for run, sentences in result.beyond.items() for sentence in sentences]
     return "\n".join(lines)
 
 
@@ -59,10 +57,6 @@ def axes_data(result: IdentifiedAxes) -> dict[str, Any]:  # Any: JSON
 
 def _heads(result: IdentifiedAxes) -> str:
     return "".join(f", {run}" for run in result.shown)
-
-
-def _unit(axis: str) -> str:
-    return "rad" if axis.startswith("displacement_r") else "m"
 
 
 def _finite(values: Any) -> dict[str, float | None]:  # Any: a mapping of numbers

@@ -13,6 +13,7 @@ from identification.compute.blas import one_blas_thread
 from identification.errors import DataError
 from identification.models.simulation import name_of
 from identification.multiaxis.axes import axes_moved, check_axes, check_moved, held_in, largest_of, moves
+from identification.multiaxis.independence import check_independent, learned_from
 from identification.multiaxis.model import MultiAxis, identify_axes
 from identification.multiaxis.superposition import Superposed, check_superposition, same_motions, superposed
 from rigctl.runfile import Run
@@ -28,7 +29,8 @@ class IdentifiedAxes:
     `predicted` is the fit on the last third of the training of a model that learned from the rest; `shown` that on each
     held-out run. `summed` is None where the runs move several axes each; `checks` is what the sum of the single tests
     misses of each held-out run that plays their motions together. `held` are the axes that no run of the training
-    moves, with their noise, m or rad; `untried` those of them that a held-out run moves.
+    moves, with their noise, m or rad; `untried` those of them that a held-out run moves. `outside` is the share of the
+    samples of each held-out run beyond the training, by axis, and `beyond` are sentences on where and how far.
     """
 
     model: MultiAxis
@@ -37,6 +39,7 @@ class IdentifiedAxes:
     trained: Mapping[str, float]
     shown: Mapping[str, Mapping[str, float]]
     outside: Mapping[str, Mapping[str, float]]
+    beyond: Mapping[str, Sequence[str]]
     checks: Mapping[str, Superposed]
     held: Mapping[str, float]
     untried: Mapping[str, tuple[str, ...]]
@@ -62,7 +65,7 @@ def identify_multiaxis(
     """
     say = tell or (lambda done, text: None)
     runs, held_out, groups = check_multiaxis(runs, held_out, rate_hz=rate_hz)
-    learned = [superposed(one) for one in groups] or list(runs)
+    learned = [one for group in groups for one in learned_from(group)] or list(runs)
     say(0.0, "what to expect")
     early = identify_axes([_part(one, 0.0, _LEARNED) for one in learned], base=base)
     say(0.4, "training")
@@ -79,6 +82,7 @@ def identify_multiaxis(
         trained=fits(model, learned),
         shown=shown,
         outside={name_of(one): model.outside(one) for one in held_out},
+        beyond={name_of(one): model.described(one) for one in held_out},
         checks={
             name_of(one): check_superposition(one, group)
             for one in held_out
@@ -101,6 +105,8 @@ def check_multiaxis(
     measured = every[: len(runs)]
     groups = single_tests(measured)
     check_moved(measured)
+    if not groups:
+        check_independent(measured)
     return measured, every[len(runs) :], groups
 
 

@@ -22,8 +22,9 @@ from identification.compute import run
 from identification.errors import DataError, ModelError, SimulationError
 from identification.models.inputs import motion_from
 from identification.models.motion import Motion, held
+from identification.models.protocol import leaving
 from identification.models.simulation import force_along, name_of
-from identification.multiaxis.axes import MOTIONS, check_axes, check_moved
+from identification.multiaxis.axes import MOTIONS, check_axes, check_moved, unit_of
 from identification.multiaxis.choice import chosen, correlations
 from rigctl.runfile import Run
 
@@ -130,6 +131,17 @@ class MultiAxis:
             if share > 0.0:
                 shares[axis] = share
         return shares
+
+    def described(self, run: Run) -> list[str]:
+        """A sentence for each axis, and for its speed, that leaves the training: how often, where first, how far."""
+        sentences = []
+        for axis in self.axes:
+            travel, unit = run.channels[axis], unit_of(axis)
+            speed = np.gradient(travel) * run.sample_rate_hz
+            for name, series, of in ((axis, travel, unit), (speed_of(axis), speed, f"{unit}/s")):
+                limits = self.scales[name].low, self.scales[name].high
+                sentences += leaving(name, of, series, limits, 1.0 / run.sample_rate_hz)
+        return sentences
 
 
 def identify_axes(

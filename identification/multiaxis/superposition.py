@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identification.errors import DataError
 from identification.models.simulation import name_of
-from identification.multiaxis.axes import MOTIONS, channels_in, check_axes, largest_of, moved_axis, moves
+from identification.multiaxis.axes import MOTIONS, ONE_COMMAND, channels_in, check_axes, largest_of, moved_axis, moves
 from rigctl.runfile import Run
 
 Floats = NDArray[np.float64]
@@ -18,8 +18,6 @@ Floats = NDArray[np.float64]
 # Share of the rms of a load that the sum of the single tests may miss. Half: the noise of two load cells counts;
 # double: a coupling of a tenth of the force is learned as if it were not there.
 TOLERANCE = 0.05
-
-_SAME = 0.05  # of the rms of a motion: two actuators that play one command differ by less
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +82,7 @@ def same_motions(together: Run, found: Run) -> str | None:
         one, other = together.channels[name][:size], found.channels[name][:size]
         if not moves(one) and not moves(other):
             continue  # held in both: their noise differs
-        if np.sqrt(np.mean((one - other) ** 2)) > _SAME * max(float(np.std(one)), 1e-12):
+        if np.sqrt(np.mean((one - other) ** 2)) > ONE_COMMAND * max(float(np.std(one)), 1e-12):
             return name
     return None
 

@@ -69,6 +69,15 @@ def test_a_search_for_regressors_is_told_drawn_and_kept(place: Path, capsys: pyt
     assert not Path("m.json").exists()
 
 
+def test_a_run_that_cannot_be_shown_is_refused_before_regressors_are_searched(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["--select", "--search", "search.json", "--held-out", "faster.h5"]
+    assert main(["identify", "nnoe", "learned.h5", *asked, "-o", "n.json"]) == 2
+    assert "faster.h5 has 500 Hz, learned.h5 200 Hz" in capsys.readouterr().err
+    assert not (place / "search.json").exists()
+
+
 def test_a_hybrid_builds_on_a_given_model(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
     viscous = Model(name="v", elements=(element("viscous_damping", {"c": 900.0}),))
     write_model(Path("base.json"), viscous)
@@ -118,6 +127,7 @@ def test_simulate_says_where_and_how_far_a_run_leaves_the_training(
         (["nnoe", "learned.h5", "--regressors", "F1 F2 v0 v1", "--nodes", "64"], ["samples for 389 weights"]),
         (["arx", "absent.h5"], ["absent.h5"]),
         (["arx", "learned.h5", "--rate", "0"], ["rate is 0 Hz"]),
+        (["arx", "learned.h5", "--rate", "77.777"], ["200 Hz can't be brought to 77.777 Hz", "77.7777777778 Hz, 7/18"]),
     ],
 )
 def test_what_cannot_be_identified_is_refused_in_one_line_and_leaves_no_file(

@@ -29,6 +29,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         element("tanh_hysteresis", {"alpha": 60.0, "alpha_control": 80.0, "beta": 30.0, "delta": 0.0}),
     )
     write_model(tmp_path / "forward.json", Model(name="forward", elements=parts))
+    write_model(tmp_path / "passive.json", Model(name="passive", elements=(element("viscous_damping", {"c": 300.0}),)))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -101,6 +102,7 @@ def test_a_constant_force_is_tracked_without_a_fit_that_is_no_number(
     ("words", "parts"),
     [
         (["track", "forward.json", "one.h5"], ["'forward' states no range of the current", "--current LOW HIGH"]),
+        (["track", "passive.json", "one.h5"], ["'passive' has no current among its inputs: it cannot be inverted"]),
         (["track", "forward.json", "one.h5", "--current", "1", "0"], ["limits of the current are [1, 0] A"]),
         (["track", "forward.json", "one.h5", "--current", "0", "1", "--wanted", "p"], ["one.h5: no channel 'p'"]),
         (["track", "forward.json", "far.h5", "--current", "0", "1"], ["no sample of the wanted force can be made"]),

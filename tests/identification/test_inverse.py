@@ -27,6 +27,7 @@ from identification.inverse import (
     by_forward,
     identify_inverse,
     track,
+    tracking_data,
     wanted_of,
     write_inverse,
 )
@@ -115,6 +116,26 @@ def test_a_force_of_which_nothing_can_be_made_is_refused() -> None:
     asked = wanted_by(CONTROLLED, 0.5)
     with pytest.raises(DataError, match=r"no sample of the wanted force can be made within \[0, 1\] A: .* lacking"):
         track(CONTROLLED, replace(asked, force=asked.force + 1e5), LIMITS)
+
+
+def test_limits_far_beyond_the_training_cost_no_exactness_and_what_leaves_it_is_told() -> None:
+    model = forward().model
+    asked = wanted_of(runs()[2], model)
+    near = track(model, asked)
+    far = track(model, asked, Limits(-5.0, 50.0))
+    assert far.fit > near.fit - 1.0
+    assert not any("current leaves the training range" in one for one in near.beyond)
+    (sentence,) = [one for one in far.beyond if "current leaves the training range" in one]
+    assert sentence.startswith(f"{asked.name}: ")
+    assert far.current.min() > -1.0  # half of the trained span beyond, where the network sees its edge
+    assert far.current.max() < 2.0
+    assert tracking_data(far)["outside_training"] == list(far.beyond)
+
+
+def test_limits_that_lie_wholly_beyond_what_a_network_tells_apart_are_refused() -> None:
+    model = forward().model
+    with pytest.raises(DataError, match="the current hardly changes the force"):
+        track(model, wanted_of(runs()[2], model), Limits(20.0, 50.0))
 
 
 def test_a_model_without_a_current_cannot_be_inverted() -> None:

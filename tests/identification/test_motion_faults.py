@@ -78,6 +78,7 @@ def test_a_step_that_the_measured_velocity_bears_out_is_no_jump() -> None:
     ("factor", "noise", "words"),
     [
         (0.0, 1.0, "it is noise or another channel; leave it out"),
+        (0.0, 0.0, "it is frozen at 0 m/s: check its sensor, or leave it out"),
         (-1.0, 0.0, "correlation -1.00: one of their signs is reversed"),
         (1000.0, 0.0, "998 times the derivative of the displacement, and should be 1: check its unit"),
     ],

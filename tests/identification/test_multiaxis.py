@@ -24,6 +24,7 @@ from identification.multiaxis import (
     MultiAxis,
     axes_data,
     axes_text,
+    check_multiaxis,
     check_superposition,
     chosen,
     correlations,
@@ -122,6 +123,38 @@ def test_what_leaves_the_training_is_stated() -> None:
     assert not model().outside(superposed(singles()))
     far = by_formula(3.0 * motion(2), "far")
     assert set(model().outside(far)) == set(MOTIONS)
+
+
+def test_where_and_how_far_an_axis_or_its_speed_leaves_the_training_is_told() -> None:
+    assert not model().described(superposed(singles()))
+    shown = by_formula(0.5 * motion(1), "jumps")
+    turned = shown.channels["displacement_ry"].copy()
+    turned[700] = 0.05
+    told = model().described(replace(shown, channels={**shown.channels, "displacement_ry": turned}))
+    low, high = model().scales["displacement_ry"].low, model().scales["displacement_ry"].high
+    assert told[0] == (
+        f"displacement_ry leaves the training range [{low:.4g}, {high:.4g}] rad in 0.0667 % of the samples, first at "
+        f"7 s, farthest at 7 s with 0.05 rad, {0.05 - high:.2g} rad beyond"
+    )
+    assert told[1].startswith("speed of displacement_ry leaves the training range")
+    assert len(told) == 2
+
+
+def test_single_tests_that_play_one_motion_tell_the_axes_apart_all_the_same() -> None:
+    same = motion(1)[:, :1] / LARGEST[0] * LARGEST
+    held_out = by_formula(motion(2), "together")
+    found = identify_multiaxis(singles_of(same, by_formula), held_out=[held_out])
+    assert found.model.loads["force_y"].axes == ("displacement_y",)
+    assert min(found.shown["together"].values()) > 95.0  # of the sum alone: force 74 %, the others -23 to -61 %
+
+
+def test_an_axis_that_follows_another_in_all_runs_is_refused_and_learned_once_a_run_parts_them() -> None:
+    together = motion(3)
+    together[:, 2] = 2.0 * together[:, 1] + 1e-5
+    tied = by_formula(together, "tied")
+    with pytest.raises(DataError, match="displacement_y follows displacement_z in all runs: nothing tells which"):
+        check_multiaxis([tied], [])
+    check_multiaxis([tied, by_formula(motion(4), "free")], [])
 
 
 def test_a_run_file_carries_the_further_axes(tmp_path: Path) -> None:
