@@ -35,7 +35,7 @@ ROWS: Final = (
             # Of two poles: turn² is lag²/3 in Bessel's low-pass and lag²/2 in Butterworth's.
             ParameterSpec("turn", "s", default=0.0, refinement=True, late=True, remedy=Remedy.FREQUENCY),
         ),
-        starts=lambda s: [{"tau": part * s.motion_time} for part in (0.03, 0.3)],
+        starts=lambda s: [{"tau": 0.03 * s.motion_time}],
         moves_all=True,
         # Early and late at once is a mere shape; with more turn than lag a low-pass would ring.
         denied=lambda v, others: -v["tau"] > FORM.minor * v["lag"] > 0.0 or v["turn"] > v["lag"],
