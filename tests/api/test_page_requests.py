@@ -162,6 +162,11 @@ HOLD_CHECK = """(() => {
   };
 })()"""
 SILENT_MS = "import('/static/feed.js').then(feed => feed.silentMs())"
+# Whether the connection is lost; what the stream still said meanwhile is followed by more silence.
+LOST = """silent => {
+  if (silent < 3000) window.later += 3000;
+  return document.querySelector('#link').textContent === 'connection lost';
+}"""
 
 
 def test_a_check_is_waited_for_as_long_as_the_service_is_heard_and_no_longer(front: Front) -> None:
@@ -182,8 +187,7 @@ def test_a_check_is_waited_for_as_long_as_the_service_is_heard_and_no_longer(fro
     front.fill("#new-name", "silent")
     page.wait_for("window.letGo !== undefined")
     page.call("Network.setBlockedURLs", urls=["*/v1/live"])  # its stream is opened again where it was silent
-    page.evaluate("window.later += 3000")
-    page.wait_for("document.querySelector('#link').textContent === 'connection lost'")
+    page.wait_for(f"{SILENT_MS}.then({LOST})")
     page.evaluate("window.later += 15000")
     front.says("#checked", "does not answer")
     page.call("Network.setBlockedURLs", urls=[])
