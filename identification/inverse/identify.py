@@ -20,7 +20,7 @@ from identification.blackbox.structure import FORCE, MODEL, Structure
 from identification.compute.blas import one_blas_thread
 from identification.errors import DataError
 from identification.inverse.model import Inverse, changed_course
-from identification.inverse.reach import Limits, reach_of
+from identification.inverse.reach import Limits, check_controlled, reach_of
 from identification.inverse.recipe import RECIPE, swapped
 from identification.inverse.tracking import Tracking, track
 from identification.inverse.wanted import Wanted, wanted_of
@@ -120,8 +120,8 @@ def inverse_runs(
 
     Raises DataError as `identify_inverse` does, SimulationError where `forward` has another sample rate.
     """
-    if forward is not None and "current" not in forward.inputs:
-        raise DataError(f"'{forward.name}' has no current among its inputs: give a forward model that has")
+    if forward is not None:
+        check_controlled(forward)
     if not runs:
         raise DataError("no run was given: at least one measured run is needed")
     runs, _ = learnable(runs)

@@ -37,6 +37,19 @@ def test_noise_coarse_steps_reversals_and_strokes_against_a_stop_are_no_spikes()
     assert spikes_in(spiked(run, [400, 401])).size == 0
 
 
+def test_the_peaks_of_a_short_motion_in_a_long_rest_are_no_spikes_and_one_that_towers_over_them_is() -> None:
+    rng = np.random.default_rng(7)
+    drop = hysteretic(1, 4000)
+    force = rng.normal(0.0, 1.0, 4000)
+    force[2000:2150] += 1000.0 * np.sin(2.0 * np.pi * np.arange(150) / 9.5)  # nine samples a cycle
+    run = with_channel(drop, "force", force, "N")
+    assert spikes_in(run).size == 0
+    assert bridged(run) is run
+    assert spikes_in(spiked(run, [2030, 3000])).tolist() == [2030, 3000]
+    still = with_channel(run, "force", np.where(np.abs(force) < 5.0, 0.0, force), "N")
+    assert spikes_in(still).size == 0
+
+
 def test_a_spike_of_every_period_belongs_to_the_machine_and_one_of_a_single_period_does_not() -> None:
     one = spiked(hysteretic(1, 600), [200])
     every = replace(one, channels={name: np.tile(x, 3) for name, x in one.channels.items()}, period_samples=600)
