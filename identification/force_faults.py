@@ -14,8 +14,8 @@ Floats = NDArray[np.float64]
 # A sample is a spike where it stands off both of its neighbours, on the same side, by more than this times the range of
 # nine tenths of the samples, and of all samples that do not. Of 47 measured runs of three machines at 100 to 1 000 Hz
 # none reaches 0.2 of the former, of 16 simulated ones with noise and coarse steps none 0.1; where a run is at rest for
-# nine tenths, the peaks of its motion do. Half: the noise of a bad load cell is left out of a force; double: a glitch as
-# large as the force stays, at a tenth of the damage.
+# nine tenths, the peaks of its motion do. Half: the noise of a bad load cell is left out of a force; double: a glitch
+# as large as the force stays, at a tenth of the damage.
 _ALONE = 1.0
 _RANGE = (0.05, 0.95)  # of the samples
 _FEWEST = 64  # samples from which a range is known

@@ -15,8 +15,8 @@ Floats = NDArray[np.float64]
 
 _FEWEST = 8  # samples whose spectrum has a line with one on each side
 # Lines by which the parabola through the peak of a motion is off, at its k-th harmonic k times as many: the largest of
-# 193 triangles with rests, of 3 to 10 periods, was 0.0175. From the hundredth harmonic on nobody knows their lines: a tone
-# is then told by the harmonics beside it. Half: only from the two hundredth; double: from the fiftieth.
+# 193 triangles with rests, of 3 to 10 periods, was 0.0175. From the hundredth harmonic on nobody knows their lines:
+# a tone is then told by the harmonics beside it. Half: only from the two hundredth; double: from the fiftieth.
 _OFF = 0.02
 
 
