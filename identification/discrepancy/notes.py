@@ -39,7 +39,10 @@ def beside_mount(given: Model, final: Model) -> list[str]:
     within = [e for e in final.elements if mounted and not is_beside(e)]
     moved = [e for e in within if e.id in given.ids and is_beside(given.element(e.id))]
     return [
-        *(f"{e.spec.title} acts between the ends, beside what gives way there, as a rod seal does" for e in beside),
+        *(
+            f"{e.spec.title} acts between the ends, beside what gives way there, as a rod seal or a buffer does"
+            for e in beside
+        ),
         *(f"{e.spec.title} acts behind what gives way, and not beside it as it was given" for e in moved),
     ]
 

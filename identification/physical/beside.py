@@ -1,7 +1,7 @@
-"""Frictions that slide between the ends of a damper, beside what is in series with its core: a model in two parts.
+"""What acts between the ends of a damper, beside what is in series with its core: a model in two parts.
 
-A rod seal slides as the rig moves, also where the oil or the gas of the chambers gives way. Without a mount there is
-one part: all moves as the rig does.
+A rod seal slides as the rig moves, and a buffer is met as it moves, also where the oil or the gas of the chambers gives
+way. Without a mount there is one part: all moves as the rig does.
 """
 
 from __future__ import annotations

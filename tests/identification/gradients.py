@@ -42,7 +42,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "cubic_stiffness": {"k3": 1e6},
     "gas_spring": {"f0": 200, "length": 0.12, "n": 1.3, "heat": 0.4, "rested": 0.3},
     "warm_gas_spring": {"f0": 200, "length": 0.12, "n": 1.3, "T_ref": 25},
-    "end_stop": {"k": 3e4, "z_max": 0.012, "side": -0.4},
+    "end_stop": {"k": 3e4, "z_max": 0.012, "side": -0.4, "beside_mount": 0},
     "progressive_stop": {"k": 1e4, "k2": 2e6, "z_stop": -0.01},
     "position_dependent_damping": {"p": 200},
     "temperature_fade": {"kappa": 0.01, "T_ref": 25},

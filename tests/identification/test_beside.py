@@ -1,4 +1,4 @@
-"""Frictions between the ends of a damper, beside what is in series with its core."""
+"""Frictions and stops between the ends of a damper, beside what is in series with its core."""
 
 from __future__ import annotations
 
@@ -23,38 +23,39 @@ FRICTIONS = {
     "presliding_friction": {"sigma": 1e6, "f_c": 80.0},
     "lugre_friction": {"sigma0": 1e6, "sigma1": 20.0, "f_c": 60.0, "f_s": 90.0, "w_s": 0.02},
 }
+BESIDE = {**FRICTIONS, "end_stop": {"k": 2e4, "z_max": 0.012}}
 INPUTS = motion(2.0, 0.02)
 SIZES = (0.02, 0.012, 0.016, 0.01, 0.014)
 
 
-def friction(name: str, beside: float = 1.0) -> Element:
-    return element(name, {**FRICTIONS[name], "beside_mount": beside})
+def acting(name: str, beside: float = 1.0) -> Element:
+    return element(name, {**BESIDE[name], "beside_mount": beside})
 
 
 def force_of(*elements: Element) -> Floats:
     return simulate(Model(name="m", elements=elements), INPUTS).force
 
 
-@pytest.mark.parametrize("name", FRICTIONS)
-def test_beside_the_mount_a_friction_adds_its_force_to_that_of_the_rest(name: str) -> None:
-    alone = force_of(friction(name))
-    assert force_of(BUSH, DASHPOT, friction(name)) == pytest.approx(force_of(BUSH, DASHPOT) + alone, abs=1e-9)
-    within = force_of(BUSH, DASHPOT, friction(name, 0.0))
+@pytest.mark.parametrize("name", BESIDE)
+def test_beside_the_mount_an_element_adds_its_force_to_that_of_the_rest(name: str) -> None:
+    alone = force_of(acting(name))
+    assert force_of(BUSH, DASHPOT, acting(name)) == pytest.approx(force_of(BUSH, DASHPOT) + alone, abs=1e-9)
+    within = force_of(BUSH, DASHPOT, acting(name, 0.0))
     assert np.max(np.abs(within - force_of(BUSH, DASHPOT) - alone)) > 5.0
 
 
-@pytest.mark.parametrize("name", FRICTIONS)
+@pytest.mark.parametrize("name", BESIDE)
 def test_without_a_mount_it_is_the_same_beside_and_within(name: str) -> None:
-    assert np.array_equal(force_of(DASHPOT, friction(name)), force_of(DASHPOT, friction(name, 0.0)))
+    assert np.array_equal(force_of(DASHPOT, acting(name)), force_of(DASHPOT, acting(name, 0.0)))
 
 
 def test_a_mount_with_nothing_behind_it_carries_no_force() -> None:
-    assert np.array_equal(force_of(BUSH, friction("coulomb_friction")), force_of(friction("coulomb_friction")))
+    assert np.array_equal(force_of(BUSH, acting("coulomb_friction")), force_of(acting("coulomb_friction")))
 
 
-@pytest.mark.parametrize("name", FRICTIONS)
+@pytest.mark.parametrize("name", BESIDE)
 def test_the_gradient_is_that_of_finite_differences(name: str) -> None:
-    model = Model(name="m", elements=(BUSH, DASHPOT, friction(name), element("force_offset", {"F0": 5.0})))
+    model = Model(name="m", elements=(BUSH, DASHPOT, acting(name), element("force_offset", {"F0": 5.0})))
     wanted, values = model.free(), model.values()
     gradient = simulate(model, INPUTS, gradient=wanted).gradient
     assert gradient is not None
@@ -66,17 +67,17 @@ def test_the_gradient_is_that_of_finite_differences(name: str) -> None:
         assert np.mean(differ) < 0.02, model.names()[k]  # at a reversal a difference steps over it
 
 
-@pytest.mark.parametrize("name", FRICTIONS)
+@pytest.mark.parametrize("name", BESIDE)
 def test_from_sample_to_sample_it_is_what_it_is_along_the_motion(name: str) -> None:
-    model = Model(name="m", elements=(BUSH, DASHPOT, friction(name)))
+    model = Model(name="m", elements=(BUSH, DASHPOT, acting(name)))
     force = model.force(INPUTS)
     late = slice(force.size // 2, force.size)
     assert np.max(np.abs(stepped(model, INPUTS) - force)[late]) <= 2e-3 * np.ptp(force)
 
 
 def test_from_sample_to_sample_a_mount_with_nothing_behind_it_carries_no_force() -> None:
-    bare = Model(name="m", elements=(friction("coulomb_friction"),))
-    behind = Model(name="m", elements=(BUSH, friction("coulomb_friction")))
+    bare = Model(name="m", elements=(acting("coulomb_friction"),))
+    behind = Model(name="m", elements=(BUSH, acting("coulomb_friction")))
     assert np.array_equal(stepped(bare, INPUTS), stepped(behind, INPUTS))
 
 
@@ -84,23 +85,23 @@ def test_from_sample_to_sample_a_mount_with_nothing_behind_it_carries_no_force()
     ("as_given", "now", "said"), [(0.0, 1.0, "beside what gives way"), (1.0, 0.0, "not beside it as it was given")]
 )
 def test_where_a_friction_acts_is_told_also_where_that_has_changed(as_given: float, now: float, said: str) -> None:
-    frictions = (friction("coulomb_friction", beside) for beside in (as_given, now))
+    frictions = (acting("coulomb_friction", beside) for beside in (as_given, now))
     given, final = (Model(name="m", elements=(BUSH, DASHPOT, one)) for one in frictions)
     (note,) = beside_mount(given, final)
     assert said in note
-    assert beside_mount(given, Model(name="m", elements=(DASHPOT, friction("coulomb_friction", now)))) == []
+    assert beside_mount(given, Model(name="m", elements=(DASHPOT, acting("coulomb_friction", now)))) == []
 
 
 def test_a_model_file_says_that_a_friction_is_beside_the_mount_and_nothing_where_it_is_not() -> None:
-    model = Model(name="m", elements=(BUSH, DASHPOT, friction("coulomb_friction")))
+    model = Model(name="m", elements=(BUSH, DASHPOT, acting("coulomb_friction")))
     assert model_from_json(model_to_json(model)) == model
-    within = Model(name="m", elements=(BUSH, DASHPOT, friction("coulomb_friction", 0.0)))
+    within = Model(name="m", elements=(BUSH, DASHPOT, acting("coulomb_friction", 0.0)))
     assert "beside_mount" not in model_to_json(within)["paths"]["core"][1]["parameters"]
 
 
 @pytest.mark.parametrize("value", [0.5, -1.0, 2.0])
 def test_between_beside_and_within_there_is_nothing(value: float) -> None:
-    data = model_to_json(Model(name="m", elements=(DASHPOT, friction("coulomb_friction"))))
+    data = model_to_json(Model(name="m", elements=(DASHPOT, acting("coulomb_friction"))))
     data["paths"]["core"][1]["parameters"]["beside_mount"] = value
     with pytest.raises(ModelError, match=r"paths\.core\[1\].*coulomb_friction\.beside_mount"):
         model_from_json(data)
@@ -133,6 +134,29 @@ def test_a_rod_seal_beside_oil_that_gives_way_is_a_friction_and_a_compliance(sea
     assert {e.element for e in found.effects} - set(FRICTIONS) == {"series_compliance"}
     slides = next(e for name, e in named.items() if name in FRICTIONS)
     assert slides.value("beside_mount") == 1.0
-    assert f"{slides.spec.title} acts between the ends, beside what gives way there, as a rod seal does" in found.notes
+    assert (
+        f"{slides.spec.title} acts between the ends, beside what gives way there, as a rod seal or a buffer does"
+        in found.notes
+    )
     assert slides.value("f_c") == pytest.approx(seal, rel=0.1)
     assert named["series_compliance"].value("k") == pytest.approx(6e4, rel=0.1)
+
+
+def test_a_buffer_beside_an_air_column_that_gives_way_is_an_end_stop_and_a_compliance() -> None:
+    def buffer(x: Floats) -> Floats:
+        into = np.maximum(np.abs(x) - 0.011, 0.0)
+        return np.sign(x) * (2.0e5 * into + 3e7 * into**2)
+
+    runs = campaign("cylinder", lambda x, v: behind_oil(v, 5e4) + buffer(x), SIZES)
+    base = Model(
+        name="an orifice",
+        elements=(
+            element("viscous_damping", {"c": 1500.0, "c_control": 0.0}, ("c_control",)),
+            element("quadratic_damping", {"q": 5000.0}),
+        ),
+    )
+    found = explain(base, runs[:4], runs[4:])
+    named = {e.name: e for e in found.model.elements}
+    assert {e.element for e in found.effects} == {"series_compliance", "end_stop"}
+    assert named["end_stop"].value("beside_mount") == 1.0
+    assert named["series_compliance"].value("k") == pytest.approx(5e4, rel=0.1)

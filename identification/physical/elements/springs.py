@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from identification.physical.elements.friction import BESIDE_MOUNT
 from identification.physical.elements.spec import (
     TINY,
     UNBOLTED,
@@ -82,6 +83,7 @@ ROWS: Final = (
             ParameterSpec("z_max", "m", limits=lambda s: (0.05 * s.x_max, s.x_max), remedy=Remedy.STROKE),
             # Of most machines one end has the harder stop, or alone has one: 1 in extension, −1 in compression.
             ParameterSpec("side", "–", -1.0, high=1.0, default=0.0, refinement=True, bound_is_meant=True),
+            BESIDE_MOUNT,
         ),
         starts=lambda s: [{"k": s.force / s.x_max, "z_max": part * s.x_max} for part in (0.45, 0.65, 0.85)],
         linear_in_velocity=True,
