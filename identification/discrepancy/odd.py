@@ -54,12 +54,20 @@ def _left(result: SearchResult) -> Floats:
 
 
 def words_for(record: Record, model: Model, others: Sequence[Record]) -> str:
-    """How an odd run departs from the model of the others."""
-    rest = record.measured - predict(model, record)[0]
+    """How an odd run departs from the model of the others, or that its sign is reversed where that is all."""
+    simulated = predict(model, record)[0]
+    rest, turned = record.measured - simulated, _rms(-record.measured - simulated)
+    said = f"{record.name} does not go with the other runs and was left out: their model leaves {_rms(rest):.3g} N rms"
+    if turned < FORM.minor * _rms(rest):
+        turned_over = f"{turned:.3g} N with the force upside down"
+        return f"{said} there, and {turned_over}: the polarity of its force or motion is reversed"
     centre = float(np.mean(record.motion.x[record.window]))
     usual = float(np.median([np.mean(r.motion.x[r.window]) for r in others]))
     return (
-        f"{record.name} does not go with the other runs and was left out: their model leaves "
-        f"{np.sqrt(np.mean(rest**2)):.3g} N rms there, a mean of {np.mean(rest):.3g} N; its motion is centred at "
-        f"{1e3 * centre:.3g} mm, theirs at {1e3 * usual:.3g} mm. Was it tared, centred and as warm as they?"
+        f"{said} there, a mean of {np.mean(rest):.3g} N; its motion is centred at {1e3 * centre:.3g} mm, theirs at "
+        f"{1e3 * usual:.3g} mm. Was it tared, centred and as warm as they?"
     )
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2)))
