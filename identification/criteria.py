@@ -129,8 +129,8 @@ class Form:
     makes of noise; scatter of mean forces beside the gap; noise of a current beside its mean; scatter of a tone's
     amplitude, and the runs without it; what another element may leave more than the best one, where none fits well; a
     lag beside a dead time (its rise, 10 to 90 %, is then two thirds of that); travel over which a hysteresis turns
-    over, of the rms displacement. Half and double: as if the scatter of each of these were known twice or half as
-    well. A convention."""
+    over, of the rms displacement; what a run leaves upside down, of what it leaves as it is. Half and double: as if the
+    scatter of each of these were known twice or half as well. A convention."""
 
     most_effects: int = 4
     """Names at most: four elements on a base imitate nearly any gap. Half: no set of three; double: sets for which the

@@ -40,25 +40,26 @@ def scales_of(records: Sequence[Record], gap: float) -> Scales:
     swing = np.concatenate([r.motion.i[r.window] - np.mean(r.motion.i[r.window]) for r in records])
     rates = np.concatenate([np.diff(r.motion.i[r.window]) / r.dt for r in records])
     force = np.concatenate([r.measured for r in records])
-    rms = {name: _rms(values) for name, values in join.items()}
+    size = {name: rms(values) for name, values in join.items()}
     speeds = np.quantile(np.abs(join["v"]), (0.15, 0.40, 0.65, 0.85))
     return Scales(
-        force=_rms(force),
+        force=rms(force),
         gap=gap,
-        x_rms=_rms(centred),
+        x_rms=rms(centred),
         x_max=float(np.max(np.abs(join["x"]))),
-        v_rms=rms["v"],
+        v_rms=size["v"],
         v_max=float(np.max(np.abs(join["v"]))),
         speeds=(float(speeds[0]), float(speeds[1]), float(speeds[2]), float(speeds[3])),
-        a_rms=rms["a"],
-        motion_time=rms["v"] / max(rms["a"], 1e-300),
+        a_rms=size["a"],
+        motion_time=size["v"] / max(size["a"], 1e-300),
         current_low=float(np.min(join["i"])),
         current_high=float(np.max(join["i"])),
-        current_time=max(_rms(swing) / max(_rms(rates), 1e-300), records[0].dt),
+        current_time=max(rms(swing) / max(rms(rates), 1e-300), records[0].dt),
         warmth=float(np.ptp(join["temperature"])),
         duration=float(max(r.force.size * r.dt for r in records)),
     )
 
 
-def _rms(values: np.ndarray) -> float:
+def rms(values: np.ndarray) -> float:
+    """Root mean square of any number of values, as they are."""
     return float(np.sqrt(np.mean(values**2)))

@@ -11,6 +11,8 @@ from api.client import Campaign
 from api.demo.demonstration import Demonstration, Finding
 from api.errors import InputError
 from excitation.atomic import written_whole
+from identification.report.report_file import Value
+from identification.report.values import values_in_words
 
 __all__ = ["gap_rows", "verdict_text", "write_index"]
 
@@ -101,7 +103,7 @@ def _section(finding: Finding, folder: Path, text: str) -> str:
 
 
 def _effect(effect: Mapping[str, Any]) -> str:
-    values = ", ".join(f"{name} = {entry['value']:.4g} {entry['unit']}" for name, entry in effect["parameters"].items())
+    values = values_in_words({name: Value(**entry) for name, entry in effect["parameters"].items()})
     others = ", ".join(f"{a['element']} {a['confidence']:.2f}" for a in effect["alternatives"])
     text = f"<strong>{escape(effect['element'])}</strong>: {escape(values)}"
     return text + (f'. <span class="hint">Alternatives: {escape(others)}</span>' if others else "")

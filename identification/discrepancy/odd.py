@@ -14,6 +14,7 @@ from identification.discrepancy.verdict import SearchResult
 from identification.physical.model import Model
 from identification.physical.predict import predict
 from identification.record import Record
+from identification.scales import rms
 
 Floats = NDArray[np.float64]
 
@@ -56,9 +57,9 @@ def _left(result: SearchResult) -> Floats:
 def words_for(record: Record, model: Model, others: Sequence[Record]) -> str:
     """How an odd run departs from the model of the others, or that its sign is reversed where that is all."""
     simulated = predict(model, record)[0]
-    rest, turned = record.measured - simulated, _rms(-record.measured - simulated)
-    said = f"{record.name} does not go with the other runs and was left out: their model leaves {_rms(rest):.3g} N rms"
-    if turned < FORM.minor * _rms(rest):
+    rest, turned = record.measured - simulated, rms(-record.measured - simulated)
+    said = f"{record.name} does not go with the other runs and was left out: their model leaves {rms(rest):.3g} N rms"
+    if turned < FORM.minor * rms(rest):
         turned_over = f"{turned:.3g} N with the force upside down"
         return f"{said} there, and {turned_over}: the polarity of its force or motion is reversed"
     centre = float(np.mean(record.motion.x[record.window]))
@@ -67,7 +68,3 @@ def words_for(record: Record, model: Model, others: Sequence[Record]) -> str:
         f"{said} there, a mean of {np.mean(rest):.3g} N; its motion is centred at {1e3 * centre:.3g} mm, theirs at "
         f"{1e3 * usual:.3g} mm. Was it tared, centred and as warm as they?"
     )
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -13,8 +13,9 @@ import plotly.graph_objects as go
 from identification.criteria import TEXT
 from identification.report import charts
 from identification.report.page_data import PageData
-from identification.report.report_file import NamedEffect, Report, Value
+from identification.report.report_file import NamedEffect, Report
 from identification.report.sheet_part import sheet_chart, sheet_text
+from identification.report.values import values_in_words
 
 _VERDICTS = {
     "no_discrepancy": (
@@ -140,7 +141,7 @@ def _banner(report: Report, data: PageData) -> str:
         meaning = _BUT_FOR_FORM.get(report.verdict, meaning)
     lines = "".join(
         f'<div class="effect"><b>{html.escape(data.words.title(f.element))}</b> on the {html.escape(f.path)} path, '
-        f"confidence {100 * f.confidence:.0f} %: {html.escape(_values(f))}</div>"
+        f"confidence {100 * f.confidence:.0f} %: {html.escape(values_in_words(f.parameters))}</div>"
         for f in report.effects
     )
     gap = report.gap.held_out
@@ -151,19 +152,6 @@ def _banner(report: Report, data: PageData) -> str:
         else ""
     )
     return f'<div class="verdict {report.verdict}"><b>{name}.</b> {meaning}{lines}{share}</div>'
-
-
-def _values(effect: NamedEffect) -> str:
-    """The parameters that say something: all but those that are held at nothing."""
-    told = {name: v for name, v in effect.parameters.items() if v.value != 0.0 or v.std is not None}
-    return ", ".join(_value(name, value) for name, value in told.items())
-
-
-def _value(name: str, p: Value) -> str:
-    if p.std is not None and p.std > TEXT.unknown * abs(p.value):
-        return f"{name}: these runs do not determine it"
-    spread = f" ± {p.std:.2g}" if p.std is not None else ""
-    return f"{name} = {p.value:.4g}{spread} {p.unit}".rstrip("– ")
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -179,7 +167,7 @@ def _effects_table(report: Report, data: PageData) -> str:
             f.path,
             data.words.equation(f.element),
             f"{100 * f.confidence:.0f} %",
-            _values(f),
+            values_in_words(f.parameters),
             f"{f.gap_before:.3g} → {f.gap_after:.3g} N",
             _alternatives(f, data),
         )

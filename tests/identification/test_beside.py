@@ -17,6 +17,13 @@ from tests.identification.stepped import stepped
 
 DASHPOT = element("viscous_damping", {"c": 3000.0, "c_control": 0.0})
 BUSH = element("series_compliance", {"k": 2e5, "c": 10.0})
+ORIFICE = Model(
+    name="an orifice",
+    elements=(
+        element("viscous_damping", {"c": 1500.0, "c_control": 0.0}, ("c_control",)),
+        element("quadratic_damping", {"q": 5000.0}),
+    ),
+)
 FRICTIONS = {
     "coulomb_friction": {"f_c": 80.0},
     "stribeck_friction": {"f_c": 60.0, "f_s": 90.0, "w_s": 0.02},
@@ -122,14 +129,7 @@ def behind_oil(v: Floats, stiffness: float) -> Floats:
 @pytest.mark.parametrize("seal", [40.0, 90.0])
 def test_a_rod_seal_beside_oil_that_gives_way_is_a_friction_and_a_compliance(seal: float) -> None:
     runs = campaign("cylinder", lambda x, v: behind_oil(v, 6e4) + seal * v / (np.abs(v) + 3e-4), SIZES)
-    base = Model(
-        name="an orifice",
-        elements=(
-            element("viscous_damping", {"c": 1500.0, "c_control": 0.0}, ("c_control",)),
-            element("quadratic_damping", {"q": 5000.0}),
-        ),
-    )
-    found = explain(base, runs[:4], runs[4:])
+    found = explain(ORIFICE, runs[:4], runs[4:])
     named = {e.name: e for e in found.model.elements}
     assert {e.element for e in found.effects} - set(FRICTIONS) == {"series_compliance"}
     slides = next(e for name, e in named.items() if name in FRICTIONS)
@@ -148,14 +148,7 @@ def test_a_buffer_beside_an_air_column_that_gives_way_is_an_end_stop_and_a_compl
         return np.sign(x) * (2.0e5 * into + 3e7 * into**2)
 
     runs = campaign("cylinder", lambda x, v: behind_oil(v, 5e4) + buffer(x), SIZES)
-    base = Model(
-        name="an orifice",
-        elements=(
-            element("viscous_damping", {"c": 1500.0, "c_control": 0.0}, ("c_control",)),
-            element("quadratic_damping", {"q": 5000.0}),
-        ),
-    )
-    found = explain(base, runs[:4], runs[4:])
+    found = explain(ORIFICE, runs[:4], runs[4:])
     named = {e.name: e for e in found.model.elements}
     assert {e.element for e in found.effects} == {"series_compliance", "end_stop"}
     assert named["end_stop"].value("beside_mount") == 1.0
