@@ -28,7 +28,15 @@ def frequency_in(record: Record, residual: Floats, common_hz: float) -> float:
     if not common_hz < 0.5 / record.dt or residual.size < _FEWEST:
         return common_hz
     near = Near(changing(residual, record), record.motion.t[record.window], common_hz)
-    return refined(common_hz, [near], [sight_of(record)], FORM.clocks * common_hz)
+    return by_own_clock(common_hz, near, sight_of(record))
+
+
+def by_own_clock(common_hz: float, near: Near, sight: Sight) -> float:
+    """Frequency of a tone by the clock of one record, Hz; the common one where the record hides it, as one in step
+    with its motion: beside that frequency it would tell of nothing."""
+    if sight.left(common_hz) <= FORM.tone_left:
+        return common_hz
+    return refined(common_hz, [near], [sight], FORM.clocks * common_hz)
 
 
 def changing(residual: Floats, record: Record) -> Floats:

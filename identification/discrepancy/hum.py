@@ -15,7 +15,7 @@ from identification.criteria import CHANCE, FORM
 from identification.physical.elements import TONE
 from identification.physical.model import Element, element
 from identification.record import Record
-from identification.tone import Near, changing, frequency_in, refined, sight_of, tone_in
+from identification.tone import Near, by_own_clock, changing, frequency_in, refined, sight_of, tone_in
 
 Floats = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
     for coarse in wanted:
         near = [Near(e, r.motion.t[r.window], coarse) for e, r in zip(residuals, records, strict=True)]
         common = refined(coarse, near, sights, max(n.width for n in near))
-        own = [refined(common, [n], [s], FORM.clocks * common) for n, s in zip(near, sights, strict=True)]
+        own = [by_own_clock(common, n, s) for n, s in zip(near, sights, strict=True)]
         frequency = float(np.median(own))
         left = np.array([s.left(f) for s, f in zip(sights, own, strict=True)])
         if frequency < slowest or not np.any(left > FORM.tone_left):

@@ -65,6 +65,17 @@ def test_runs_whose_periods_all_but_repeat_a_tone_do_not_draw_it_to_where_they_w
     assert hum.amplitude == pytest.approx(5.0, rel=0.02)
 
 
+def test_a_run_in_step_with_a_tone_does_not_hide_that_of_the_others_and_loses_its_own_too() -> None:
+    records = [a_record(period=p, sine_hz=h) for p, h in ((0, 2.371), (0, 3.137), (0, 2.689), (2400, 1000.0 / 2400))]
+    residuals = [a_residual(r, 50.0) for r in records]  # of the last one each period has 120 cycles
+    hum = find_hum(residuals, records)
+    assert hum is not None
+    assert hum.frequency_hz == pytest.approx(50.0, abs=0.001)
+    assert hum.amplitude == pytest.approx(5.0, rel=0.02)
+    for record, residual in zip(records, residuals, strict=True):
+        assert np.std(residual - hum_in(record, residual, hum)[record.window]) == pytest.approx(0.5, rel=0.05)
+
+
 def a_slow_triangle(seed: int, *, period_s: float) -> tuple[Record, np.ndarray[tuple[int], np.dtype[np.float64]]]:
     """A triangle with rests in displacement, and what a friction leaves of its force: a comb of harmonics."""
     t = np.arange(8000) / 200.0
