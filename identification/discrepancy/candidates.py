@@ -20,7 +20,7 @@ def guesses(name: str, scales: Scales, *, mounted: bool = False) -> list[Element
     if spec.starts is None:
         return []
     within = [_first(name, values, scales) for values in spec.starts(scales)]
-    return within + [switched(e, k) for k in switches(spec) if mounted for e in within]
+    return within + [switched(e, k) for k in switches(spec, beside=True) if mounted for e in within]
 
 
 def starts_out_of(fitted: Element, name: str, growth: Growth, scales: Scales) -> list[Element]:

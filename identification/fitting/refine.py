@@ -23,8 +23,10 @@ def refine_curve(fit: Fit, index: int, records: Sequence[Record], *, gains: bool
     them, a friction that may act beside the mount is tried there. Some shapes are for an element that is `named`, and
     start from what the others have come to.
     """
-    specs = fit.model.elements[index].spec.parameters
+    row = fit.model.elements[index].spec
+    specs = row.parameters
     fit = beside_or_within(fit, index, records)
+    fit = _switched(fit, index, switches(row, beside=False), records)
     shape, late = (
         {k: _start(s, records, fit.rms) for k, s in enumerate(specs)
          if s.refinement and not (s.gain or s.switch) and s.late == is_late}
@@ -57,10 +59,16 @@ def without_needless_shape(fit: Fit, index: int, records: Sequence[Record]) -> F
 
 def beside_or_within(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
     """The fit with one element beside the mount, or within it again, where that is clearly the better."""
+    mounted = bool(fit.model.on("mount"))
+    return _switched(fit, index, switches(fit.model.elements[index].spec, beside=True) if mounted else (), records)
+
+
+def _switched(fit: Fit, index: int, places: Sequence[int], records: Sequence[Record]) -> Fit:
+    """The fit with one of these switches of an element the other way, where that is clearly the better."""
     own, excess = fit.model.elements[index], fit.chi2 - fit.samples
-    if not fit.model.on("mount") or excess < CHANCE.at_noise * fit.samples:
+    if excess < CHANCE.at_noise * fit.samples:
         return fit
-    for place in switches(own.spec):
+    for place in places:
         moved = _refitted(fit, index, switched(own, place).parameters, records)
         if moved.chi2 < fit.chi2 - max(CHANCE.slack, FORM.helps * excess):
             return moved

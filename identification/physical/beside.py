@@ -14,12 +14,12 @@ from identification.physical.model import Element, Model
 
 def is_beside(e: Element) -> bool:
     """Whether an element acts beside the mount."""
-    return any(p.value == 1.0 for p, spec in zip(e.parameters, e.spec.parameters, strict=True) if spec.switch)
+    return any(p.value == 1.0 for p, spec in zip(e.parameters, e.spec.parameters, strict=True) if spec.beside)
 
 
-def switches(spec: ElementSpec) -> list[int]:
-    """Places of the parameters that are 0 or 1."""
-    return [k for k, p in enumerate(spec.parameters) if p.switch]
+def switches(spec: ElementSpec, *, beside: bool) -> list[int]:
+    """Places of the parameters that are 0 or 1, of those that tell what is `beside` the mount or of the others."""
+    return [k for k, p in enumerate(spec.parameters) if p.switch and p.beside == beside]
 
 
 def switched(e: Element, place: int) -> Element:

@@ -25,7 +25,7 @@ import numpy as np
 
 from identification.compiled import compiled, inlined, pasted
 from identification.physical.collocation import collocate, prepare
-from identification.physical.elements.equations.memory import steady
+from identification.physical.elements.equations.memory import highest, steady
 from identification.physical.explicit import explicit, explicit_memory
 from identification.physical.mount import GAMMA, add_mount_partials, branch, contact
 from identification.physical.program import (
@@ -160,8 +160,8 @@ def mounted(core, drive, mounting, begin, force, jac, space, nodes):
     only, fade = explicit_memory(core, mount)
     failures = 0
     if fresh:
-        state[Z], state[W], state[TOLERANCE] = drive.x[0], drive.v[0], 1e-13 * _highest(drive.v)
-        steady(core, drive.v[0], drive.x, carried.memory, carried.sens)
+        state[Z], state[W], state[TOLERANCE] = drive.x[0], drive.v[0], 1e-13 * highest(drive.v)
+        steady(core, drive.v, drive.x, carried.memory, carried.sens)
     for i in range(drive.x.size - 1):
         steps, again = few, True
         touching = abs(state[E]) > 0.5 * mount.gap
@@ -196,11 +196,3 @@ def mounted(core, drive, mounting, begin, force, jac, space, nodes):
     for j in range(jac.shape[1] if wanted else 0):
         jac[0, j] = jac[1, j]
     return failures
-
-
-@inlined
-def _highest(v):
-    top = 1e-300
-    for i in range(v.size):
-        top = max(top, abs(v[i]))
-    return top

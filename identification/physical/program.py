@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.physical.elements import CATALOGUE, ElementSpec, Family, ParameterSpec, code_of
-from identification.physical.elements.equations.memory import PARTIALS
+from identification.physical.elements.equations.memory import PARTIALS, SLIDERS
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -125,6 +125,7 @@ class _Layout:
     warm: bool  # the force follows the temperature
     by_velocity: bool  # the force follows from w alone where all gains are zero
     remembers: tuple[tuple[int, int], ...]  # elements that have a state where the parameter at that place is not zero
+    sliders: tuple[tuple[int, int], ...]  # elements that are sliders where that is so
 
 
 @lru_cache(maxsize=1024)
@@ -153,12 +154,19 @@ def _layout(names: tuple[str, ...]) -> _Layout:
             for j, p in enumerate(s.parameters)
             if p.remembers
         ),
+        sliders=tuple(
+            (k, int(o) + j)
+            for k, (s, o) in enumerate(zip(specs, offsets, strict=False))
+            for j, p in enumerate(s.parameters)
+            if p.switch and not p.beside
+        ),
         by_velocity=all(s.family == Family.DAMPING and not (s.by_position or s.needs_current) for s in specs),
     )
 
 
 def core_of(names: tuple[str, ...], values: Floats, column: Integers) -> Core:
     """The core as the loops see it, from the names of its elements and their parameters in order."""
+    names, values, column = _with_sliders(names, values, column)
     own = _layout(names)
     by_velocity = own.by_velocity and not any(values[k] for k in own.gains)
     memory, only = own.memory, own.only
@@ -180,6 +188,30 @@ def core_of(names: tuple[str, ...], values: Floats, column: Integers) -> Core:
         driven=EVERYTHING if own.modified or own.rare or own.warm else 0 if by_velocity else POSITION_AND_CURRENT,
         only=only,
     )
+
+
+def _with_sliders(
+    names: tuple[str, ...], values: Floats, column: Integers
+) -> tuple[tuple[str, ...], Floats, Integers]:
+    """The same with every friction that is sliders as so many elements of the same parameters and columns, each with a
+    memory, and numbered where the switch is."""
+    at = _layout(names).sliders
+    if not any(values[place] for _, place in at):
+        return names, values, column
+    ends = _layout(names).offsets
+    many = {k: place for k, place in at if values[place] != 0.0}
+    out: list[str] = []
+    parts, columns = [], []
+    for k, name in enumerate(names):
+        own = slice(ends[k], ends[k + 1])
+        for number in range(SLIDERS if k in many else 1):
+            part = values[own].copy()
+            if k in many:
+                part[many[k] - ends[k]] = number + 1.0
+            out.append(name)
+            parts.append(part)
+            columns.append(column[own])
+    return tuple(out), np.concatenate(parts), np.concatenate(columns)
 
 
 def space_of(elements: int, parameters: int, columns: int) -> Space:

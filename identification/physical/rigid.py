@@ -79,7 +79,7 @@ def rigid(core, drive, eps, force, jac, space, fresh):
     wanted = jac.shape[0] > 0
     memory = space.carried.memory
     if fresh:
-        steady(core, drive.v[0], drive.x, memory, space.carried.sens)
+        steady(core, drive.v, drive.x, memory, space.carried.sens)
     for i in range(drive.x.size):
         if i > 0 and core.remembers and wanted:
             _carry_sensitivities(core, drive, i, space)

@@ -31,7 +31,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "bouc_wen": {"alpha": 1e5, "A": 1, "n": 1.7, "beta": 1e4, "gamma": 1e4, "alpha_control": 2e4},
     "coulomb_friction": {"f_c": 60, "w_r": 0.01, "beside_mount": 0},
     "stribeck_friction": {"f_c": 50, "f_s": 90, "w_s": 0.05, "w_r": 0.01, "beside_mount": 0},
-    "presliding_friction": {"sigma": 4e4, "f_c": 80, "beside_mount": 0},
+    "presliding_friction": {"sigma": 4e4, "f_c": 80, "beside_mount": 0, "sliders": 0},
     "frequency_selective_damping": {"c": 500, "tau": 0.02},
     "lugre_friction": {"sigma0": 4e4, "sigma1": 20, "f_c": 80, "f_s": 100, "w_s": 0.05, "beside_mount": 0},
     "modulated_tanh_hysteresis": {"alpha1": 1, "alpha2": 0.5, "alpha3": -50, "alpha4": 100, "alpha5": 80, "beta1": 20,

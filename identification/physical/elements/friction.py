@@ -28,8 +28,13 @@ _BUILD_UP = ParameterSpec("w_r", "m/s", default=0.0, refinement=True)
 # A rod seal and a buffer act between the ends of a damper, also where its oil or its gas gives way; what is behind a
 # bush moves by less than these.
 BESIDE_MOUNT = ParameterSpec(
-    "beside_mount", "–", high=1.0, constant=0.0, default=0.0, refinement=True,
+    "beside_mount", "–", high=1.0, constant=0.0, default=0.0, refinement=True, beside=True,
     switch="it acts between the ends, beside the mount",
+)  # fmt: skip
+# Of one bristle a small loop within a large one does not close; asperities that give way one after the other close it.
+_SLIDERS = ParameterSpec(
+    "sliders", "–", high=1.0, constant=0.0, default=0.0, refinement=True,
+    switch="sliders that give way one after the other, first those of the shortest travel: every loop closes",
 )  # fmt: skip
 
 
@@ -167,6 +172,7 @@ ROWS: Final = (
             ),
             ParameterSpec("f_c", "N", TINY, remedy=Remedy.SPEEDS),
             BESIDE_MOUNT,
+            _SLIDERS,
         ),
         starts=_presliding_starts,
         memory=True,

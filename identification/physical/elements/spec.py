@@ -135,6 +135,7 @@ class ParameterSpec:
     limits: Limits | None = None  # of the search: a shape outside of what the data span can't be seen in them
     remedy: Remedy = Remedy.ANY  # what lets it be seen
     switch: str = ""  # of what is 0 or 1: what 1 means; a fit is made with either, and never moves it
+    beside: bool = False  # of a switch: at 1 the element acts beside the mount, which a model without one does not tell
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

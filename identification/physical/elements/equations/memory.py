@@ -154,6 +154,28 @@ def _log(h):
     return np.log(max(abs(h), 1e-300))
 
 
+STANDS = 0.01
+"""Share of the highest speed below which a machine stands: the noise of a slow record is as high. Half: some noise of
+coarse encoders is motion; double: a start near a turn of a sine is rest, which is forgotten within a stroke."""
+
+SLIDERS = 8
+"""Sliders of a presliding friction whose loops close: half as many make steps of its stiffness of twice the height."""
+_GIVES_WAY = -np.log(1.0 - (np.arange(SLIDERS) + 0.5) / SLIDERS)
+_SHARES = _GIVES_WAY / np.sum(_GIVES_WAY)  # of f_c that each holds: of an even stiffness, the force builds up by e^−x
+
+
+@inlined
+def _slider_leg(sigma, fc, share, f, travel, s, out):
+    """Force of one slider of the stiffness sigma/`SLIDERS` after a monotone leg, at most `share` of f_c; partials as
+    above. All together are a Masing model (1926; Iwan 1966)."""
+    out[0], out[1], out[2], out[3] = 1.0, sigma / SLIDERS, s * travel / SLIDERS, 0.0
+    new, most = f + s * travel * sigma / SLIDERS, share * fc
+    if s * new >= most:
+        out[0], out[1], out[2], out[3] = 0.0, 0.0, 0.0, s * share
+        new = s * most
+    return new
+
+
 @compiled
 def _presliding_leg(sigma, fc, f, travel, s, out):
     """Friction force after a monotone leg, exact: s f_c + (f − s f_c) exp(−sigma travel / f_c); partials as above."""
@@ -202,6 +224,8 @@ def _leg(code, p, o, m, path, wanted, out):
             new = bouc_wen_leg(q, 2.0, m, travel, s, wanted, out)
         else:
             new = bouc_wen_leg(q, q.n, m, travel, s, wanted, out)
+    elif code == _PRESLIDING and p[o + 3] > 0.0:
+        new = _slider_leg(p[o], p[o + 1], _SHARES[int(p[o + 3]) - 1], m, travel, s, out)
     elif code == _PRESLIDING:
         new = _presliding_leg(p[o], p[o + 1], m, travel, s, out)
     else:
@@ -299,14 +323,16 @@ def advance(code, p, o, m, leg, wanted, out, tmp):
 
 
 @compiled
-def steady(core, w, x, memory, sens):
-    """Every internal force at its steady value for the velocity `w`, with its sensitivities where these are wanted.
+def steady(core, v, x, memory, sens):
+    """Every internal force at its steady value for the first velocity of `v`, with its sensitivities where these are
+    wanted. Who stands still has that of rest: the sign of what is left of a velocity tells of no motion before.
 
     What does not saturate within half the stroke of `x` begins as an elastic spring would after that travel. A gas
     that takes up heat begins as if it had long moved as it does along `x`, or out of rest.
     """
     codes, offsets, p, column = core.codes, core.offsets, core.p, core.column
     reach = _half_stroke(x)
+    w = v[0] if abs(v[0]) > STANDS * highest(v) else 0.0
     s = 1.0 if w > 0 else (-1.0 if w < 0 else 0.0)
     for k in range(codes.size):
         o = offsets[k]
@@ -319,8 +345,9 @@ def steady(core, w, x, memory, sens):
                 by_a, by_n, by_loss = s * reach, 0.0, 0.0
             _begin(sens, k, column, o, BoucWen(0.0, by_a, by_n, by_loss, by_loss, 0.0))
         elif codes[k] == _PRESLIDING:
-            memory[k] = s * p[o + 1]
-            _begin(sens, k, column, o, (0.0, s))
+            share = _SHARES[int(p[o + 3]) - 1] if p[o + 3] > 0.0 else 1.0
+            memory[k] = s * share * p[o + 1]
+            _begin(sens, k, column, o, (0.0, s * share))
         elif codes[k] == _LUGRE:
             r = _lugre_of(p, o)
             g, _, e = bristle_level(r, w)
@@ -349,6 +376,15 @@ def _before(q, x, sens, k, column, o):
         sens, k, column, o, (0.0, moved * (by_length - start.by_length), moved * (by_n - start.by_n), 0.0, start.y - y)
     )
     return moved * (y - start.y)
+
+
+@inlined
+def highest(v):
+    """The largest size of a velocity, and no zero."""
+    top = 1e-300
+    for i in range(v.size):
+        top = max(top, abs(v[i]))
+    return top
 
 
 @inlined
