@@ -79,6 +79,12 @@ def _sliding(x, v, dt, travel):  # type: ignore[no-untyped-def]
     return out
 
 
+def _giving_way(x: Row, travel: float) -> Row:
+    """The same of springs that yield one after the other, as they do where the whole yields by e^−x of its travel."""
+    travels = -np.log1p(-(np.arange(16) + 0.5) / 16)
+    return sum((w * _stuck(x, w * travel) for w in travels), np.zeros(x.size)) / float(np.sum(travels))
+
+
 def _since_reversal(s: Setting) -> Row:
     """Travel since the speed last changed its sign, m."""
     x, v = s.seen.x, s.seen.v
@@ -268,8 +274,11 @@ ADDED: Mapping[str, Callable[[Setting], list[Columns]]] = {
     "tanh_hysteresis": _yielding,
     "bouc_wen": _hysteresis,
     "presliding_friction": lambda s: [
-        _one(_sliding(s.seen.x, s.seen.v, s.dt, q * s.stroke_m))
-        for q in (0.00003, 0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.1)
+        *(
+            _one(_sliding(s.seen.x, s.seen.v, s.dt, q * s.stroke_m))
+            for q in (0.00003, 0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.1)
+        ),
+        *(_one(_giving_way(s.seen.x, q * s.stroke_m)) for q in (0.003, 0.01, 0.03, 0.1)),
     ],
     "coulomb_friction": lambda s: [_one(np.sign(s.seen.v))],
     "stribeck_friction": _breakaway,

@@ -120,9 +120,14 @@ def _rivals(found: Search, uncertain: str | None) -> list[Trial]:
     """The trial of the uncertain name and the best of the others; where no name held, the best two of the last."""
     if uncertain is not None:
         tried = [t for t in found.compared[uncertain].rivals if t.id == uncertain or t.id not in found.names]
-        return sorted(tried, key=lambda t: (t.id != uncertain, t.excess))[:2]
+        return _two_names(sorted(tried, key=lambda t: (t.id != uncertain, t.excess)))
     adds = [m for m in found.moves if m.rivals]
-    return sorted(adds[-1].rivals, key=lambda t: t.excess)[:2] if adds else []
+    return _two_names(sorted(adds[-1].rivals, key=lambda t: t.excess)) if adds else []
+
+
+def _two_names(tried: Sequence[Trial]) -> list[Trial]:
+    """The first trial and the first of another name: one element from two starts is no rival of itself."""
+    return [*tried[:1], *[t for t in tried if t.name != tried[0].name][:1]]
 
 
 def library(records: Sequence[Record]) -> list[Mapping[str, Any]]:

@@ -134,7 +134,7 @@ def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judge
     verdict = _verdict(result, held)
     residuals = [r.measured - predict(result.base.model, r)[0] for r in result.quiet]
     regions, profiles = locate(residuals, result.quiet)
-    stays = _remainder(verdict, result, regions, train.noise_floor) + _held_out_remainder(verdict, result, held, traces)
+    stays = _remainder(verdict, result, regions, train) + _held_out_remainder(verdict, result, held, traces)
     nothing = verdict == Verdict.NO_DISCREPANCY
     return Judgement(
         verdict=verdict,
@@ -231,10 +231,11 @@ def _effect(
     )
 
 
-def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region], noise_floor: float) -> str:
+def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region], train: Gaps) -> str:
     """What stays on the training runs, in words."""
     found, records = result.found, result.quiet
-    size = _beyond_noise(found.fit, records)
+    noise_floor = train.noise_floor
+    size = float(np.sqrt(max(train.final**2 - noise_floor**2, 0.0)))
     seen = verdict == Verdict.NO_DISCREPANCY and is_seen(found.excess, records)  # though the forms allow it
     if (verdict == Verdict.NO_DISCREPANCY and not seen) or (verdict == Verdict.EXPLAINED and size < noise_floor):
         return ""
@@ -260,12 +261,6 @@ def _within(result: SearchResult) -> str:
     titles = " and ".join(CATALOGUE[name_of(n)].title for n in result.within.names)
     share = 1.0 - max(result.within.excess, 0.0) / max(result.found.excess, 1e-300)
     return f"; {titles} would close {share:.0%} of it, but the form of the named effects may be what is left"
-
-
-def _beyond_noise(fit: Fit, records: Sequence[Record]) -> float:
-    """What a fit leaves beyond the noise, N rms over all samples: √(Σ(e² - σ²)/n), each record with its own σ."""
-    energy = sum(float(np.dot(e, e)) - e.size * r.sigma**2 for e, r in zip(fit.residuals, records, strict=True))
-    return float(np.sqrt(max(energy, 0.0) / fit.samples))
 
 
 def _held_out_remainder(verdict: Verdict, result: SearchResult, held: Gaps, traces: Sequence[Traces]) -> str:

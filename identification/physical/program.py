@@ -190,9 +190,7 @@ def core_of(names: tuple[str, ...], values: Floats, column: Integers) -> Core:
     )
 
 
-def _with_sliders(
-    names: tuple[str, ...], values: Floats, column: Integers
-) -> tuple[tuple[str, ...], Floats, Integers]:
+def _with_sliders(names: tuple[str, ...], values: Floats, column: Integers) -> tuple[tuple[str, ...], Floats, Integers]:
     """The same with every friction that is sliders as so many elements of the same parameters and columns, each with a
     memory, and numbered where the switch is."""
     at = _layout(names).sliders
