@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.sliding import running_mean
+from excitation.sliding import running_mean
 
 Floats = NDArray[np.float64]
 

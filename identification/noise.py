@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.sliding import running_median
+from excitation.sliding import running_median
 
 Floats = NDArray[np.float64]
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation.analysis.criteria import LOCAL, REACH, SEEN, SMALL, TOGETHER
+from excitation.sliding import running_maximum
 
 __all__ = ["SeenLines", "excited_in", "seen_lines"]
 
@@ -85,28 +86,15 @@ _NEAR = 8  # lines that are near one another, however low
 
 def _highest_near(power: Floats) -> Floats:
     """The highest power within ``TOGETHER`` of a line's number, on both sides, (L,)."""
-    out = _running_maximum(power, _NEAR)
+    out = running_maximum(power, _NEAR)
     low = _NEAR / TOGETHER
     number = np.arange(1, power.size + 1)
     while low < power.size:  # octave by octave, with the width of its end
         reach = int(2.0 * low * TOGETHER)
         octave = (number > low) & (number <= 2.0 * low)
-        out[octave] = _running_maximum(power, reach)[octave]
+        out[octave] = running_maximum(power, reach)[octave]
         low *= 2.0
     return out
-
-
-def _running_maximum(power: Floats, reach: int) -> Floats:
-    """The highest of the powers within `reach` lines of each, (L,), by doubling the width that has been compared.
-
-    `scipy.ndimage` has it too, and takes 0.2 s to import.
-    """
-    width, span = 2 * reach + 1, 1
-    out = np.pad(power, reach)
-    while 2 * span <= width:
-        out = np.maximum(out[:-span], out[span:])
-        span *= 2
-    return np.asarray(np.maximum(out[: power.size], out[out.size - power.size :]))
 
 
 def seen_lines(excited: Sequence[Lines], samples: int) -> SeenLines:

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from excitation.sliding import running_mean
 from identification.derivatives import Kinematics, periodic_kinematics
 from identification.errors import DataError
 from identification.models.motion import Motion
 from identification.period import SHORTEST, with_period_seen
-from identification.sliding import running_mean
 from identification.smoothing import smooth_kinematics
 from rigctl.runfile import Run
 
