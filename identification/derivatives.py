@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
+
+from excitation.sliding import running_mean
 
 Floats = NDArray[np.float64]
 
@@ -79,7 +80,7 @@ def _line_noise(spectra: NDArray[np.complex128], rounding: float) -> tuple[Float
     stray = spectra - mean
     single = np.sum(np.abs(stray) ** 2, axis=0) / (count - 1)
     single[0] = single[min(1, lines - 1)]  # a drifting mean says nothing about the lines beside it
-    variance = np.maximum(uniform_filter1d(single, min(17, lines), mode="nearest"), 0.0) / count
+    variance = np.maximum(running_mean(single, min(17, lines)), 0.0) / count
     if float(np.mean(single)) < rounding:
         variance = variance + rounding
         stray = stray + draw(np.full((count, lines), rounding * count))

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares, nnls
 
 from identification.errors import DataError
 from identification.steady import Cycles
@@ -104,6 +103,8 @@ def sided_fit(v: Floats, force: Floats, *, at_rest: float, friction: float) -> S
 
 def _side(v: Floats, force: Floats) -> Side:
     """One side, speeds and forces positive; from several starts, because the knee has several local minima."""
+    from scipy.optimize import least_squares, nnls  # 0.3 s to import: only where there are enough tests
+
     scale_v, scale_f = float(v.max()), max(float(np.abs(force).max()), 1e-300)
     y, f = v / scale_v, force / scale_f
     slowest = max(float(y.min()), 1e-6)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
-from scipy.optimize import minimize_scalar
+
+from excitation.sliding import running_median
 
 Floats = NDArray[np.float64]
 
@@ -86,8 +86,7 @@ def _running_median(power: Floats) -> Floats:
     if valid.size == 0:
         return np.zeros_like(power)
     size = min(_TONE_NEIGHBOURS, 2 * (valid.size // 2) + 1)
-    medians = median_filter(power[valid], size=size, mode="mirror")  # a repeated end value would be its own median
-    return np.interp(np.arange(power.size), valid, medians)
+    return np.interp(np.arange(power.size), valid, running_median(power[valid], size))
 
 
 def from_cycles(force: Floats, displacement: Floats, sample_rate_hz: float) -> tuple[float, float] | None:
@@ -111,6 +110,8 @@ def from_cycles(force: Floats, displacement: Floats, sample_rate_hz: float) -> t
 
 def _fundamental(x: Floats, sample_rate_hz: float) -> float | None:
     """Frequency of a steady sine by least squares around its strongest line, Hz."""
+    from scipy.optimize import minimize_scalar  # 0.3 s to import: only where a record does not repeat
+
     n = x.size
     centred = x - x.mean()
     power = np.abs(np.fft.rfft(centred * np.hanning(n))) ** 2

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_opening
 
 from excitation.kinds import Kind
 from identification.criteria import CHANCE, FORM
@@ -304,6 +303,8 @@ def _edge(rate: float, bandwidth_hz: float, samples: int) -> int:
 
 def _moving(motion: Motion, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...]]:
     """The compared samples: without the ends, and without rests, where friction can hold any force."""
+    from scipy.ndimage import binary_opening  # 0.2 s to import: only where a record does not repeat
+
     v, n = motion.v, motion.v.size
     first = _forgotten(motion.x, edge)
     still = np.abs(v) < max(_AT_REST * float(np.std(noise)), _STANDS * float(np.max(np.abs(v))))

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, binary_propagation, percentile_filter
 
 from identification.derivatives import Kinematics, draw, rounding_of
 from identification.noise import below_filter, step_of
@@ -129,6 +128,8 @@ def _noises_of(x: Floats) -> list[_Noise]:
     Of any other motion that quartile holds much of its velocity.
     Rounding that noise does not blur makes lines of a simple motion, each of less power than all of the rounding.
     """
+    from scipy.ndimage import percentile_filter  # 0.2 s to import: only where a record does not repeat
+
     power, deep = _power(x, np.hanning(x.size)), _power(x, np.kaiser(x.size, _DEEP))
     rounding = max(step_of(x) ** 2 / 12.0, rounding_of(x))
     white = max(float(np.median(below_filter(power))) / np.log(2.0), rounding)
@@ -153,6 +154,11 @@ def _power(x: Floats, window: Floats) -> Floats:
 
 def _lines_above(power: Floats, floor: Floats, least: float) -> Floats:
     """1 at the lines that stand far above the floor and at their skirts, 0 elsewhere."""
+    from scipy.ndimage import (
+        binary_dilation,
+        binary_propagation,
+    )  # 0.2 s to import: only where a record does not repeat
+
     level = np.convolve(np.pad(power, 1, mode="edge"), np.full(3, 1.0 / 3.0), "valid")
     peaks = level > np.maximum(_LINE_POWER * floor, least)
     shown = binary_propagation(peaks, mask=level > _SKIRT_POWER * floor)

@@ -8,7 +8,6 @@ from math import floor, log10
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from identification.smoothing import smooth_kinematics
 from identification.steady import Cycles
@@ -150,6 +149,8 @@ def _solved(slow: Sequence[Strokes], order: int, reversal: float, powers: Sequen
 
 def _repeatability(slow: Sequence[Strokes], order: int) -> Floats:
     """Standard deviation of the mean over cycles, (3,), with Student's factor for few; nothing where there is one."""
+    from scipy.special import stdtrit  # 0.2 s to import: only where there are sines or triangles
+
     order = order if not slow[0].constant_speed else 0  # a cycle of a triangle has one speed
     cycles = [part for one in slow for part in _cycles(one)]
     if len(cycles) < 2:

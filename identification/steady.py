@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from identification.derivatives import periodic_kinematics
 from identification.errors import DataError
@@ -216,6 +215,8 @@ def _velocity(run: Run) -> Floats:
 
 def _frequency(x: Floats, rate: float) -> float | None:
     """Frequency of the strongest line, Hz, by least squares around it."""
+    from scipy.optimize import minimize_scalar  # 0.3 s to import: only where a run does not repeat
+
     n = x.size
     power = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(n))) ** 2
     k = int(np.argmax(power))

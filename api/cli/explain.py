@@ -43,7 +43,7 @@ def explain(
 
     Example: damper-rig explain model.json runs/*.h5 --held-out check.h5 -o report
     """
-    from api.cli.terminal import answer, ask, progress_bar, warn
+    from api.cli.terminal import answer, ask, progress_bar, show_findings
     from identification.compute import chosen
     from identification.discrepancy import explain_any, questions, report_data, write_report
     from identification.measured import read_runs
@@ -58,7 +58,7 @@ def explain(
     measured, kept = every[: len(paths)], every[len(paths) :]
     with chosen(os.environ), progress_bar("explaining") as tell:
         found = explain_any(given, measured, kept or None, on_progress=tell)
-    warn([*measured, *kept])  # only now: a refusal is one line
+    show_findings(found.findings)
     ask(questions(found))
     options = {"--held-out": held_out, "--fmu-input": fmu_input, "--fmu-set": fmu_set, "--fmu-output": [fmu_output]}
     command = _command([model, *(runs or [])], options, output, simulated=simulated)

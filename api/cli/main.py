@@ -49,7 +49,7 @@ from api.cli.study import study
 from api.cli.terminal import quiet
 from api.cli.track import track
 from api.cli.worker import worker
-from api.processes.lasting import leave_what_is_there
+from api.processes.lasting import collect_seldom, leave_what_is_there
 
 __all__ = ["main", "run"]
 
@@ -122,6 +122,7 @@ def _options(
 def run() -> NoReturn:
     """The console script. Ends with 0 done, 2 bad input or usage, 1 anything else."""
     take_signals()
+    collect_seldom()
     # Before numpy is imported: on small matrices several threads take three times as long and round differently.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     status = main(sys.argv[1:], settled=ignore_signals)

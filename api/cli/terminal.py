@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from rigctl.runfile import Run
 
 __all__ = [
-    "ProgressBar", "answer", "ask", "existing", "messages", "progress_bar", "progress_display", "quiet", "warn",
+    "ProgressBar", "answer", "ask", "existing", "messages", "progress_bar", "progress_display", "quiet",
+    "show_findings", "warn",
 ]  # fmt: skip
 
 quiet: ContextVar[bool] = ContextVar("quiet", default=False)
@@ -90,7 +91,11 @@ def warn(runs: Sequence[Run]) -> None:
     """Print what the data checks found in these runs on standard error."""
     from identification.datachecks import findings_in
 
-    if quiet.get():
-        return
-    for finding in findings_in(runs):
+    if not quiet.get():
+        show_findings(findings_in(runs))
+
+
+def show_findings(findings: Sequence[str]) -> None:
+    """Print what data checks found on standard error, a line each."""
+    for finding in () if quiet.get() else findings:
         print(f"damper-rig: {finding}", file=sys.stderr)

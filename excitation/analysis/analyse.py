@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtri
 
 from excitation.analysis.approximation import Approximation, approximate, pooled_scatter, unsolved
 from excitation.analysis.criteria import CONFIDENCE, CORRECTED, FEW_LINES, HOLDS_MOST, LINES_OF_A_SEGMENT, POOLED
@@ -232,6 +231,8 @@ def _circle(nonlinear: _Nonlinear, lines: int) -> Floats:
     """Square of the radius that holds G with ``CONFIDENCE`` over its variance, (K,): the quantile of F(2, 2n)."""
     if nonlinear.freedom is None:
         return np.full(lines, np.nan)
+    from scipy.special import fdtri  # 0.2 s to import: only where distortion is told by detection lines
+
     return np.asarray(fdtri(2.0, 2.0 * nonlinear.freedom, CONFIDENCE), dtype=np.float64)
 
 

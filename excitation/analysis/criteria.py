@@ -16,6 +16,7 @@ __all__ = [
     "POOLED",
     "REACH",
     "SEEN",
+    "SIGMAS",
     "SMALL",
     "SPOILED",
     "TOGETHER",
@@ -25,6 +26,8 @@ __all__ = [
 
 # Probability of every bound. 0.99 widens them by a third.
 CONFIDENCE = 0.95
+# Standard deviations about its mean that hold a normal number with this probability.
+SIGMAS = 1.959963984540054
 # A line of an input is excited where it has this share of the amplitude of the highest line near it. Rigs distort by
 # 0.1 … 3 %; designs change by a factor of 2 within that distance at most. The same lines are found from 0.05 to 0.3.
 LOCAL = 0.1

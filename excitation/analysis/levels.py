@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtri, gammaincinv, ndtri
 
 from excitation.analysis.approximation import Approximation, between
-from excitation.analysis.criteria import CONFIDENCE, LINES_OF_A_SEGMENT, MOST_SEGMENTS, POOLED
+from excitation.analysis.criteria import CONFIDENCE, LINES_OF_A_SEGMENT, MOST_SEGMENTS, POOLED, SIGMAS
 from excitation.analysis.pooled import pooled, segments
 from excitation.analysis.seen_lines import SeenLines
 from excitation.analysis.spectra import LineSpectra, noise_beside
@@ -21,7 +20,6 @@ Floats = NDArray[np.float64]
 Lines = NDArray[np.int64]
 
 _LOW, _HIGH = 0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)
-_SIGMAS = float(ndtri(_HIGH))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,7 +117,7 @@ def detected(
 
 def direct(found: Detected) -> Level:
     """The level on the detected lines themselves: they all are measured, only the noise makes it uncertain."""
-    power, spread = float(np.sum(found.power)), _SIGMAS * float(np.sqrt(np.sum(found.variance)))
+    power, spread = float(np.sum(found.power)), SIGMAS * float(np.sqrt(np.sum(found.variance)))
     return Level(power=power, low=power - spread, high=power + spread)
 
 
@@ -133,6 +131,8 @@ def from_neighbours(found: Detected, driven: Lines, driven_noise: Floats, realis
     driven lines over that of the fit then follows an F distribution of their equivalent degrees of freedom
     (Satterthwaite, 1946).
     """
+    from scipy.special import fdtri  # 0.2 s to import: only where lines between the driven ones tell distortion
+
     knots = _knots(found.lines)
     at, to = _pieces(found.lines, knots), _pieces(driven, knots)
     total = found.power + found.noise
@@ -191,6 +191,8 @@ def from_scatter(approximation: Approximation, noise: Floats, noise_freedom: flo
     The approximation takes up one of M shares of the distortion for each input: how much, differs from line to line as
     |normal|² does, and the bounds hold it.
     """
+    from scipy.special import gammaincinv  # 0.2 s to import: only where there are several realisations
+
     known = np.isfinite(approximation.scatter)
     scatter, nu = approximation.scatter[known], noise[known]
     spare = approximation.spare
@@ -205,7 +207,7 @@ def from_scatter(approximation: Approximation, noise: Floats, noise_freedom: flo
     high, low = (total * spare / (realisations - share) for share in taken)
     above = np.maximum(scatter - nu, 0.0)
     by_noise = np.sum((2.0 * above * nu + nu**2 * (1.0 + 1.0 / max(noise_freedom, 1.0))) / realisations)
-    spread = _SIGMAS * float(np.sqrt(by_noise))
+    spread = SIGMAS * float(np.sqrt(by_noise))
     return together(
         [
             Level(power=power, low=power - (total - low), high=power + (high - total)),

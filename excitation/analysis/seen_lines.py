@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 
 from excitation.analysis.criteria import LOCAL, REACH, SEEN, SMALL, TOGETHER
+from excitation.sliding import running_maximum
 
 __all__ = ["SeenLines", "excited_in", "seen_lines"]
 
@@ -86,13 +86,13 @@ _NEAR = 8  # lines that are near one another, however low
 
 def _highest_near(power: Floats) -> Floats:
     """The highest power within ``TOGETHER`` of a line's number, on both sides, (L,)."""
-    out = maximum_filter1d(power, 2 * _NEAR + 1, mode="constant")
+    out = running_maximum(power, _NEAR)
     low = _NEAR / TOGETHER
     number = np.arange(1, power.size + 1)
     while low < power.size:  # octave by octave, with the width of its end
-        width = 2 * int(2.0 * low * TOGETHER) + 1
+        reach = int(2.0 * low * TOGETHER)
         octave = (number > low) & (number <= 2.0 * low)
-        out[octave] = maximum_filter1d(power, width, mode="constant")[octave]
+        out[octave] = running_maximum(power, reach)[octave]
         low *= 2.0
     return out
 

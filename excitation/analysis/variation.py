@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
-from excitation.analysis.criteria import CONFIDENCE
+from excitation.analysis.criteria import SIGMAS
 from excitation.analysis.levels import Level
 from excitation.analysis.spectra import LineSpectra
 
@@ -19,7 +18,6 @@ Floats = NDArray[np.float64]
 Lines = NDArray[np.int64]
 
 _LEAST = 3  # periods: of two, a change and noise look alike
-_SIGMAS = float(ndtri(0.5 * (1.0 + CONFIDENCE)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,7 +57,7 @@ def variation(spectra: Sequence[LineSpectra], driven: Lines) -> Variation:
         share = 0.5 * (one.periods - 2.0) / (one.periods - 1.0) ** 2
         crossed = 2.0 * np.maximum(total - noise, 0.0) * noise / (one.periods - 1.0)
         spread += float(np.sum(share * noise**2 + crossed)) / len(long) ** 2
-    half = _SIGMAS * float(np.sqrt(spread))
+    half = SIGMAS * float(np.sqrt(spread))
     return Variation(level=Level(power=power, low=power - half, high=power + half), trends=trends)
 
 

@@ -6,6 +6,7 @@ seconds took minutes.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -33,9 +34,15 @@ def one_blas_thread() -> Iterator[None]:
                 _LIMITS.pop()
 
 
-@cache
 def _loaded() -> ThreadpoolController:
-    """The BLAS libraries of this process: numpy's and scipy's, whose search takes some milliseconds."""
-    import scipy.linalg  # noqa: F401  # so that its library is among them
+    """The BLAS libraries of this process: numpy's and, where that has been imported, scipy's.
 
+    What works on larger matrices with scipy imports it with its module, and so before its tasks begin.
+    """
+    return _found("scipy.linalg" in sys.modules)
+
+
+@cache
+def _found(with_scipy: bool) -> ThreadpoolController:
+    """The search takes some milliseconds: once for numpy's library, and once for both."""
     return ThreadpoolController()

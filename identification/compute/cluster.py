@@ -126,5 +126,6 @@ def _loaded(function: bytes) -> Callable[[Any], Any]:  # Any: what was pickled
 
 
 def _in_worker(function: bytes, item: bytes) -> Any:  # Any: the value of the item
+    task, value = _loaded(function), pickle.loads(item)  # first, so that the libraries that they import are limited too
     with one_blas_thread(), using(Serial()):
-        return _loaded(function)(pickle.loads(item))
+        return task(value)

@@ -129,5 +129,6 @@ def _begin(alive: Connection, threads: int) -> None:
 
 
 def _in_worker(path: Path, item: Any) -> Any:  # Any: an item and its value
+    function = _read(path)  # first, so that the libraries that it imports are limited too
     with one_blas_thread(), using(_INNER[0]):
-        return _read(path)(item)
+        return function(item)

@@ -239,6 +239,7 @@ def _conclude(
         compared={name_of(n): _named_for_reader(result.found.compared[n]) for n in result.found.names},
         traces=tuple(traces),
         notes=(*_notes(given, result, final, traces, findings), *_of_odd(odd, final, result)),
+        findings=tuple(findings),
     )
 
 

@@ -114,6 +114,7 @@ class Explanation:
     compared: Mapping[str, Compared]
     traces: tuple[Traces, ...]
     notes: tuple[str, ...]
+    findings: tuple[str, ...]  # of the checks of the data; the notes hold them too
     distortion: Distortion | None = None  # None where no run tells odd from even
 
 

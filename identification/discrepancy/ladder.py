@@ -6,7 +6,7 @@ import plotly.graph_objects as go
 
 from identification.discrepancy.curves import gap_interval
 from identification.discrepancy.explanation import Explanation, Gaps
-from identification.report.charts import ladder
+from identification.report.charts import TEMPLATE, ladder
 from identification.report.report_file import BothGaps, Gap
 
 
@@ -14,7 +14,8 @@ def ladder_of(e: Explanation) -> go.Figure:
     """The gap at each step, as the page of the report draws it."""
     ends = [gap_interval([t for t in e.traces if t.held_out is held]) for held in (False, True)]
     last = "with the named effects" if e.effects else "final"
-    return ladder(BothGaps(train=_gap(e.train), held_out=_gap(e.held_out)), ends[0], ends[1], last)
+    figure = ladder(BothGaps(train=_gap(e.train), held_out=_gap(e.held_out)), ends[0], ends[1], last)
+    return figure.update_layout(template=TEMPLATE)
 
 
 def _gap(gaps: Gaps) -> Gap:

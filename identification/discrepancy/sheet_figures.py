@@ -21,7 +21,7 @@ _POINTS = 120  # of a curve or a loop: a picture half as wide as a page
 def sheet_figures(runs: Sequence[Run]) -> SheetData | None:
     """The sheet of these runs; None where no run is a steady sine."""
     try:
-        sheet = sheet_of(runs)
+        sheet = sheet_of(runs, findings=())  # they are among the notes of the report
     except DataError:
         return None
     return SheetData(

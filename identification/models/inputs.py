@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import uniform_filter1d
 
+from excitation.sliding import running_mean
 from identification.derivatives import Kinematics, periodic_kinematics
 from identification.errors import DataError
 from identification.models.motion import Motion
@@ -202,4 +202,4 @@ def _temperature(run: Run) -> Floats:
     if raw is None:
         return np.full(run.samples, ROOM_TEMPERATURE_DEGC)
     width = max(3, min(int(run.sample_rate_hz), run.samples // 4))
-    return np.asarray(uniform_filter1d(raw, width, mode="nearest"))
+    return running_mean(raw, width)

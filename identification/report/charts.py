@@ -23,8 +23,8 @@ from identification.report.report_file import BothGaps, Gap, Where
 
 MEASURED, GIVEN, REFITTED, FINAL, NOISE = "#1b1b1b", "#b8b8b8", "#d1495b", "#00798c", "#e0a800"
 _WIDE = 15.0  # times the last gap that the first is: beyond it the axis is logarithmic
+TEMPLATE = "plotly_white"  # of every figure: whoever shows one puts it in
 _LAYOUT = {
-    "template": "plotly_white",
     "font": {"family": "system-ui, sans-serif", "size": 13},
     "margin": {"l": 60, "r": 20, "t": 48, "b": 48},
     "legend": {"orientation": "h", "y": -0.18},

@@ -86,8 +86,12 @@ class Sheet:
         return [test for group in self.currents for test in group.tests]
 
 
-def sheet_of(runs: Sequence[Run], model: SimulationModel | None = None) -> Sheet:
+def sheet_of(
+    runs: Sequence[Run], model: SimulationModel | None = None, *, findings: Sequence[str] | None = None
+) -> Sheet:
     """The sheet of these runs; with a `model` each test has its simulation beside it.
+
+    `findings` are those of the data checks, for whoever has them: None where these are still to be made.
 
     Raises
     ------
@@ -111,10 +115,11 @@ def sheet_of(runs: Sequence[Run], model: SimulationModel | None = None) -> Sheet
     tests = _tests(sines, [None] * len(sines) if model is None else _simulated(model, [run for run, _ in sines]))
     slow = [one for one in strokes.values() if one is not None]
     temperatures, by_time = _temperatures(runs)
+    seen = findings_in(runs) if findings is None else findings
     return Sheet(
         specimen=", ".join(dict.fromkeys(run.specimen for run in runs if run.specimen)),
         currents=tuple(_at_current(group, slow) for group in _by_current(tests)),
-        temperatures=temperatures, by_time=by_time, left_out=tuple(left_out), findings=tuple(findings_in(runs)),
+        temperatures=temperatures, by_time=by_time, left_out=tuple(left_out), findings=tuple(seen),
         with_model=model is not None,
     )  # fmt: skip
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -42,3 +44,15 @@ def test_explain_says_what_the_data_checks_saw_in_the_words_of_fit_and_in_the_re
     assert capsys.readouterr().err == of_fit == "".join(f"damper-rig: {line}\n" for line in due)
     assert set(due) <= set(json.loads(Path("report/report.json").read_text())["notes"])
     assert due[0].split(": ", 2)[2] in Path("report/report.html").read_text(encoding="utf-8")
+
+
+def test_where_the_base_explains_all_no_optimiser_filter_or_distribution_of_scipy_is_loaded(tmp_path: Path) -> None:
+    for index in (0, 1, 5):
+        write_run(tmp_path / f"{index}.h5", run("none", index, 3))
+    write_model(tmp_path / "model.json", AS_SIMULATED)
+    absent = {"scipy.optimize", "scipy.ndimage", "scipy.special", "scipy.signal", "scipy.stats", "scipy.spatial"}
+    command = ["explain", "model.json", "0.h5", "1.h5", "--held-out", "5.h5", "-o", "report"]
+    code = f"import sys; from api.cli.main import main; main({command}); print(sorted({absent} & sys.modules.keys()))"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert said.stdout.startswith("verdict: no discrepancy")
+    assert said.stdout.splitlines()[-1] == "[]"

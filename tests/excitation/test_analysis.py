@@ -9,10 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from benchmarks.friction_system import FrictionCase, friction_played
 from benchmarks.known_system import Case, played
 from excitation.analysis import Measurement, Realisation, analyse, excited_in, spoiled_in
+from excitation.analysis.criteria import CONFIDENCE, SIGMAS
 from excitation.configuration import to_spec
 from excitation.errors import AnalysisError
 from excitation.lines import Lines, band_lines, excited_lines
@@ -414,3 +416,7 @@ def test_whatever_it_is_given_it_answers_or_refuses_in_one_line_without_a_warnin
         told, figures = found.method, [found.levels.force_rms, found.levels.linear_rms]
     assert "\n" not in told
     assert np.isfinite(figures).all()
+
+
+def test_the_bounds_of_a_normal_number_hold_it_with_the_probability_of_every_bound() -> None:
+    assert ndtri(0.5 * (1.0 + CONFIDENCE)) == SIGMAS

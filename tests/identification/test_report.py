@@ -14,6 +14,7 @@ from shutil import copytree
 
 import h5py
 import numpy as np
+import plotly.graph_objects as go
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -175,6 +176,14 @@ def test_drawing_loads_neither_the_solver_nor_the_search() -> None:
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert said.stdout.strip() == "[]"
+
+
+def test_every_figure_of_a_page_has_the_template_as_plotly_itself_would_put_it_in(folder: Path) -> None:
+    text = draw_report(folder).read_text(encoding="utf-8")
+    due = json.loads(go.Figure(layout={"template": "plotly_white"}).to_json())["layout"]["template"]
+    found = [json.JSONDecoder().raw_decode(rest)[0] for rest in text.split('{"template":')[1:]]
+    assert len(found) == text.count('<div class="plot">') > 0
+    assert all(one == due for one in found)
 
 
 Change = Callable[[h5py.File], None]
