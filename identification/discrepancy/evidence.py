@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp
@@ -15,6 +16,7 @@ from identification.discrepancy.excess import contribution, excess_of, significa
 from identification.discrepancy.naming import Search
 from identification.discrepancy.rivals import Rival, beside_a_curve, beside_a_loop, margin_of, rivals_of
 from identification.discrepancy.strength import seen_by, spread_of, strengths
+from identification.errors import SimulationError
 from identification.physical.elements import CATALOGUE
 from identification.physical.model import Model
 from identification.physical.predict import predict
@@ -76,16 +78,21 @@ def _evidence(found: Search, name: str, records: Sequence[Record], held_out: Seq
 
 
 def _left_on(records: Sequence[Record], model: Model, without: Model, unseen: float) -> float:
-    """Share of what is missing on records without a name that is left with it; `unseen` where they do not show it."""
-    before = excess_on(records, without)
-    if before <= significant_excess(records):
+    """Share of what is missing on records without a name that is left with it; `unseen` where they do not show it, or
+    no model can run on them, and without end where only the one with the name can't."""
+    before, after = excess_on(records, without), excess_on(records, model)
+    if before <= significant_excess(records) or before == after == math.inf:
         return unseen
-    return max(excess_on(records, model), 0.0) / before
+    return max(after, 0.0) / before
 
 
 def excess_on(records: Sequence[Record], model: Model) -> float:
-    """Whitened residual energy of a model on records that it was not fitted to, beyond the noise."""
-    rests = [(r.measured - predict(model, r)[0]) / r.sigma for r in records]
+    """Whitened residual energy of a model on records that it was not fitted to, beyond the noise; without end where it
+    can't run on them."""
+    try:
+        rests = [(r.measured - predict(model, r)[0]) / r.sigma for r in records]
+    except SimulationError:
+        return math.inf
     return sum(float(np.dot(e, e)) - e.size for e in rests)
 
 
@@ -98,7 +105,9 @@ def main_doubt(evidence: Evidence) -> str:
         "scatter": f"its strength is {min(seen, default=0.0):.2f} to {max(seen, default=0.0):.2f} times the common one "
         f"from run to run, a scatter of {features.spread:.0%} beyond noise",
         "few_runs": f"{features.runs} {'run shows' if features.runs == 1 else 'runs show'} it",
-        "left_held_out": f"{features.left_held_out:.0%} of the gap without it stays with it on the held-out runs",
+        "left_held_out": f"{features.left_held_out:.0%} of the gap without it stays with it on the held-out runs"
+        if math.isfinite(features.left_held_out)
+        else "the model with it can't run on the held-out runs",
         "rivalry": f"{_closest(evidence.rivals)} is only {max(features.margin, 0.0):.1f} tolerances of form behind",
         "imitated": f"a refit of the base imitates {1.0 - features.own_share**2:.0%} of it",
         "beside_curve": "the damping curve of the base may be wrong instead",

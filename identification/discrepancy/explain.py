@@ -6,12 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
 from identification.criteria import BUDGET, CHANCE, FORM
 from identification.datachecks import findings_in
 from identification.discrepancy.candidates import at_limit, remove_limits
 from identification.discrepancy.distortion import distortion_of
+from identification.discrepancy.evidence import excess_on
 from identification.discrepancy.excess import excess_of, is_seen
 from identification.discrepancy.explanation import Explanation, NextTest, Traces
 from identification.discrepancy.hum import Hum, find_hum, hum_in
@@ -276,17 +275,12 @@ def _marked(final: Model, names: Sequence[str]) -> Model:
 def _without_harm(result: SearchResult, final: Model, base: Model) -> tuple[SearchResult, Model]:
     """The result and its model, less the least likely names as long as held-out runs are worse than with the base; the
     base itself where no name is left and its own curves were bent in vain."""
-    limit = _misfit(base, result.held) + CHANCE.slack
-    while result.found.names and _misfit(final, result.held) > limit:
+    limit = excess_on(result.held, base) + CHANCE.slack
+    while result.found.names and excess_on(result.held, final) > limit:
         result = without_least_confident(result)
         final = _fit_final(result) if result.names else base
-    in_vain = not result.names and _misfit(final, result.held) > limit
+    in_vain = not result.names and excess_on(result.held, final) > limit
     return result, base if in_vain else final
-
-
-def _misfit(model: Model, records: Sequence[Record]) -> float:
-    """Squared residuals over the noise variance."""
-    return sum(float(np.sum((r.measured - predict(model, r)[0]) ** 2)) / r.sigma**2 for r in records)
 
 
 def _named_for_reader(compared: Compared) -> Compared:

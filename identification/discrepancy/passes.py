@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -129,7 +130,7 @@ def _gap_remains_on(whole: Sequence[Record], found: Search, base: Fit) -> bool:
     """Whether a gap remains beyond the form of the names on the whole records: on pieces that were chosen for what is
     left there, a departure of form is larger than it is."""
     left, without = (excess_on(whole, model) for model in (found.fit.model, base.model))
-    return gap_remains(replace(found, excess=left, base_excess=without), whole)
+    return math.isinf(left) or gap_remains(replace(found, excess=left, base_excess=without), whole)
 
 
 def _elsewhere(

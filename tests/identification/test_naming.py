@@ -111,6 +111,8 @@ def test_names_with_which_unseen_runs_are_worse_than_with_the_base_are_taken_bac
     assert found.verdict == Verdict.UNKNOWN_EFFECT
     assert found.held_out.final <= found.held_out.base_refitted * 1.001
     assert "of the gap without it stays with it on the held-out runs" in found.remainder
+    stays = np.sqrt(found.train.final**2 - found.train.noise_floor**2)
+    assert f"a repeatable {stays:.3g} N rms" in found.remainder  # the newtons of the ladder
     [taken_back] = found.withheld
     assert taken_back.name == "linear_stiffness"
     assert taken_back.features.left_held_out > 1.0

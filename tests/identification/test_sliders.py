@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from identification.discrepancy import explain
 from identification.models.motion import Motion
 from identification.physical.model import Element, Model, element
 from identification.physical.simulate import simulate
 from tests.identification.gradients import gradient_error
 from tests.identification.motions import motion
+from tests.identification.ordinary import RATE, recorded
 from tests.identification.stepped import stepped
 
 Floats = NDArray[np.float64]
@@ -77,3 +79,47 @@ def test_step_by_step_it_makes_the_same_force(mounted: bool) -> None:
     force = model(*parts).force(motion())
     late = slice(force.size // 2, None)
     assert np.max(np.abs(stepped(model(*parts), motion()) - force)[late]) <= 2e-3 * np.ptp(force)
+
+
+@pytest.mark.parametrize("name", ["presliding_friction", "lugre_friction", "bouc_wen"])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_machine_that_stands_begins_without_the_force_of_its_last_motion(name: str, sign: float) -> None:
+    """The sign of what is left of a velocity at rest is chance."""
+    first = {
+        "presliding_friction": {"sigma": SIGMA, "f_c": LEVEL},
+        "lugre_friction": {"sigma0": SIGMA, "sigma1": 0.0, "f_c": LEVEL, "f_s": LEVEL, "w_s": 0.1},
+        "bouc_wen": {"alpha": 1e5, "A": 1.0, "n": 2.0, "beta": 1e5, "gamma": 1e5},
+    }[name]
+    late = along([0.01, -0.01])[0]
+    v = late.v.copy()
+    v[0] = sign * 1e-4 * np.max(np.abs(v))
+    assert simulate(model(element(name, first)), replace(late, v=v)).force[0] == pytest.approx(0.0, abs=0.01 * LEVEL)
+
+
+def springs_that_slip(x: Floats) -> Floats:
+    """Four springs in parallel; each slips at a fourth of 60 N, after 1, 3, 5 and 7 mm."""
+    travels, state, force = np.array([1e-3, 3e-3, 5e-3, 7e-3]), np.zeros(4), np.zeros(x.size)
+    for k in range(1, x.size):
+        state = np.clip(state + (x[k] - x[k - 1]) / travels, -1.0, 1.0)
+        force[k] = 15.0 * state.sum()
+    return force
+
+
+def test_springs_that_slip_one_after_the_other_are_one_presliding_friction_and_nothing_else() -> None:
+    runs = []
+    for k, size in enumerate((8e-3, 3e-3, 5e-3, 2e-3, 6e-3)):
+        rng = np.random.default_rng([7, k])
+        t = np.arange(round(14.0 * RATE)) / RATE
+        lines, turns = rng.uniform(0.3, 2.5, 12), rng.uniform(0.0, 6.3, 12)
+        swell = np.clip(t - 1.0, 0.0, 1.0)
+        waves = 2.0 * np.pi * np.outer(t, lines) + turns
+        x = size / 3.0 * swell * np.sin(waves).sum(axis=1)
+        v = np.gradient(x, t)
+        runs.append(recorded("slip", k, x, 20_000.0 * x + 250.0 * v + springs_that_slip(x), noise=0.5))
+    base = model(element("linear_stiffness", {"k": 18_000.0}), element("viscous_damping", {"c": 300.0}))
+    found = explain(base, runs[:4], runs[4:])
+    assert [e.element for e in found.effects] == ["presliding_friction"]
+    assert found.model.element("presliding_friction").value("sliders") == 1.0
+    assert found.model.element("presliding_friction").value("f_c") == pytest.approx(60.0, rel=0.1)
+    assert found.held_out.closed is not None
+    assert found.held_out.closed > 0.85  # 0.7 as one bristle

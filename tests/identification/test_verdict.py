@@ -15,10 +15,9 @@ from identification.discrepancy.holdout import hold_out
 from identification.discrepancy.needless import merge_names
 from identification.discrepancy.nexttest import propose
 from identification.discrepancy.notes import beyond, capped, elsewhere, far_as_given, refit_harms
-from identification.discrepancy.verdict import SearchResult, _beyond_noise, _nearest, drop_doubtful
+from identification.discrepancy.verdict import SearchResult, _nearest, drop_doubtful
 from identification.discrepancy.where import locate
 from identification.errors import SimulationError
-from identification.fitting.leastsquares import fit_records
 from identification.record import Record, compact, record_from_run
 from rigctl.runfile import with_channel
 from tests.identification.specimens import AS_SIMULATED, found_with, records_with, run
@@ -102,14 +101,22 @@ def test_a_confidence_that_only_more_runs_could_raise_says_so() -> None:
     assert capped(gather(found_with("linear_stiffness", records=records), records, [])) == []
 
 
-def test_the_newtons_that_stay_are_those_of_each_run_with_its_own_noise() -> None:
-    records = records_with("none")
-    fit = fit_records(AS_SIMULATED, records)
-    residuals = tuple(np.hypot(5.0, r.sigma) * np.ones(r.measured.size) for r in records)
-    assert _beyond_noise(replace(fit, residuals=residuals), records) == pytest.approx(5.0)
-    louder = [replace(r, sigma=4.0 * r.sigma) if k else r for k, r in enumerate(records)]
-    residuals = tuple(np.hypot(5.0, r.sigma) * np.ones(r.measured.size) for r in louder)
-    assert _beyond_noise(replace(fit, residuals=residuals), louder) == pytest.approx(5.0)
+def test_a_name_with_which_a_held_out_run_cannot_be_simulated_is_doubted_and_that_is_its_reason() -> None:
+    records = records_with("linear_stiffness")
+    found = found_with("linear_stiffness", records=records)
+    motion = replace(records[0].motion, x=1e306 * records[0].motion.x)
+    [evidence] = gather(found, records, [replace(records[0], motion=motion)])
+    assert evidence.confidence < FORM.min_confidence
+    assert main_doubt(evidence) == "the model with it can't run on the held-out runs"
+
+
+def test_a_test_does_not_tell_an_element_from_itself() -> None:
+    result = result_of("linear_stiffness", "moving_mass")
+    doubtful = str(result.most_doubtful)
+    compared = result.found.compared[doubtful]
+    twice = replace(compared, rivals=(*compared.rivals, replace(compared.rivals[0], excess=2.0)))
+    found = replace(result.found, compared={**result.found.compared, doubtful: twice})
+    assert propose(found, doubtful, result.quiet) == propose(result.found, doubtful, result.quiet)
 
 
 def test_the_run_that_alone_reaches_farthest_is_not_held_out() -> None:
