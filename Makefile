@@ -18,8 +18,9 @@ setup: .venv/.ready
 demo: setup
 	$(BIN)/damper-rig demo -o $(OUT)
 
+# Three workers on two processors: tests of servers and rigs wait more than they work.
 test: setup
-	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
 
 check: setup
 	$(BIN)/ruff format --check .

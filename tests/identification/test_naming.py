@@ -88,7 +88,8 @@ def test_a_second_look_with_what_was_found_as_the_base_finds_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    "effect", ["moving_mass", pytest.param("damping_asymmetry", marks=pytest.mark.bench)]
+    "effect",
+    ["coulomb_friction", *(pytest.param(e, marks=pytest.mark.bench) for e in ("moving_mass", "damping_asymmetry"))],
 )  # a curve over velocity is tried with more others beside an offset: twice as long
 def test_the_run_that_was_not_tared_is_named_and_the_others_are_explained_without_it(effect: str) -> None:
     train, held = campaign(effect, seed=3)
