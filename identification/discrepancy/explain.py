@@ -26,6 +26,7 @@ from identification.discrepancy.notes import (
     finer,
     of_runs,
     refit_harms,
+    switched_on,
     tared_apart,
     unnamed,
 )
@@ -306,6 +307,7 @@ def _notes(
         *findings,
         *finer(result.base.model, result.found.fit.model),
         *beside_mount(given, final),
+        *switched_on(final),
         *unnamed(result.base.model, final, result.names),
         *capped(result.evidence),
         *tared_apart(traces),

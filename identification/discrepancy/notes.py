@@ -47,6 +47,16 @@ def beside_mount(given: Model, final: Model) -> list[str]:
     ]
 
 
+def switched_on(final: Model) -> list[str]:
+    """What a switch of an element means, where it is on and does not say what acts beside the mount."""
+    return [
+        f"{e.spec.title}: {spec.switch}"
+        for e in final.elements
+        for spec, p in zip(e.spec.parameters, e.parameters, strict=True)
+        if spec.switch and not spec.beside and p.value == 1.0
+    ]
+
+
 def unnamed(base: Model, final: Model, names: Collection[str]) -> list[str]:
     """Elements of the model that only describe how another departs from its ideal, and are not named (by id)."""
     own = [e for e in final.elements if e.id not in names and e.id not in base.ids]

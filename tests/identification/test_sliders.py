@@ -121,5 +121,8 @@ def test_springs_that_slip_one_after_the_other_are_one_presliding_friction_and_n
     assert [e.element for e in found.effects] == ["presliding_friction"]
     assert found.model.element("presliding_friction").value("sliders") == 1.0
     assert found.model.element("presliding_friction").value("f_c") == pytest.approx(60.0, rel=0.1)
+    assert any(
+        note.startswith("presliding friction: sliders that give way one after the other") for note in found.notes
+    )
     assert found.held_out.closed is not None
     assert found.held_out.closed > 0.85  # 0.7 as one bristle
