@@ -134,15 +134,19 @@ def _beside_form(state: Search, records: Sequence[Record]) -> Search:
     curves = [name for name, spec in CATALOGUE.items() if spec.bent or spec.dry_friction]
     rubs = any(e.spec.friction for e in _named(state))
     improved = _add_best(state, records, excluded=curves + (_frictions() if rubs else []))
-    return state if improved is None or not _closes_nearly_all(improved, state) else improved
+    return state if improved is None or not _closes_nearly_all(improved, state, records) else improved
 
 
-def _closes_nearly_all(improved: Search, state: Search) -> bool:
-    """Whether the latest name leaves a minor part of what is missing without it."""
+def _closes_nearly_all(improved: Search, state: Search, records: Sequence[Record]) -> bool:
+    """Whether the latest name leaves a minor part of what is missing without it.
+
+    What the finer shapes close that the other names have got beside it is not its own.
+    """
     latest = improved.names[-1]
     if latest in state.names:
         return False
-    missing = excess_of(improved.compared[latest].without)
+    now = fit_without(improved.fit, latest, records)
+    missing = min(excess_of(f) for f in (improved.compared[latest].without, now) if f is not None)
     return improved.excess < min(state.excess, FORM.minor * missing)
 
 
