@@ -126,7 +126,8 @@ class Form:
 
     minor: float = 0.3
     """Share that is a minor part of a whole: correlation of force and velocity without a clear sign; force that a model
-    makes of noise; scatter of mean forces beside the gap; noise of a current beside its mean; scatter of a tone's
+    makes of noise; scatter of mean forces beside the gap, and beside a
+    constant force; noise of a current beside its mean; scatter of a tone's
     amplitude, and the runs without it; what another element may leave more than the best one, where none fits well; a
     lag beside a dead time (its rise, 10 to 90 %, is then two thirds of that); travel over which a hysteresis turns
     over, of the rms displacement; what a run leaves upside down, of what it leaves as it is. Half and double: as if the

@@ -85,6 +85,23 @@ def _forces_of(model: Model, name: str, records: Sequence[Record]) -> list[Float
     return forces
 
 
+def means_left(fit: Fit, records: Sequence[Record]) -> float:
+    """Whitened energy of the mean forces that a fit leaves in the runs."""
+    return sum(_energy(np.full(e.size, np.mean(e)), r) for e, r in zip(fit.residuals, records, strict=True))
+
+
+def zero_wanders(fit: Fit, records: Sequence[Record]) -> float:
+    """Whitened energy that a constant force of the model may leave because it differs from run to run.
+
+    The zero of a load cell does: what the runs' mean forces leave, and at most FORM.minor² of the constant's energy.
+    """
+    constants = [e.id for e in fit.model.elements if e.spec.constant_force]
+    if not constants:
+        return 0.0
+    most = FORM.minor**2 * sum(contribution(fit.model, own, records) for own in constants)
+    return min(means_left(fit, records), most)
+
+
 def _energy(force: Floats, record: Record) -> float:
     with np.errstate(over="ignore"):  # without an element that holds it a model may run away: that energy is infinite
         return float(np.dot(force, force)) / record.sigma**2

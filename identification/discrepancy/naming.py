@@ -15,6 +15,7 @@ from identification.discrepancy.excess import (
     form_error,
     material_excess,
     significant_excess,
+    zero_wanders,
 )
 from identification.discrepancy.trials import (
     Trial,
@@ -245,8 +246,9 @@ def _ratio_to_noise(state: Search) -> float:
 
 
 def gap_remains(state: Search, records: Sequence[Record]) -> bool:
-    """Whether the excess is significant, matters, and is larger than the form error of the names."""
+    """Whether the excess is significant, matters, and is larger than the form error of the names and of a zero."""
     form = form_error(state.fit.model, state.names, records, state.base_excess - state.excess)
+    form += zero_wanders(state.fit, records)
     return state.excess > max(material_excess(records), significant_excess(records)) + form
 
 

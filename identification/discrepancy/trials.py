@@ -12,7 +12,7 @@ import numpy as np
 from identification.compute import run
 from identification.criteria import BUDGET, CHANCE, FORM
 from identification.discrepancy.candidates import admissible, guesses, starts_out_of
-from identification.discrepancy.excess import contribution_and_form, excess_of
+from identification.discrepancy.excess import contribution_and_form, excess_of, means_left
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
@@ -33,6 +33,7 @@ class Trial:
     contribution: float  # whitened energy of what the element adds
     formed: float  # of that, what has a form; see `form_energy`
     parameters: int
+    means_left: float  # of the excess, what the mean forces of the runs leave
     screened: float  # the share of the residual that its signature explains
     closed: float  # whitened energy by which it lowers the excess
     measured: float  # whitened energy of the measured force
@@ -291,6 +292,7 @@ def trial_of(fit: Fit, own_id: str, start: Fit, records: Sequence[Record], scree
         contribution=whole,
         formed=formed,
         parameters=sum(free),
+        means_left=means_left(fit, records),
         screened=screened,
         closed=max(excess_of(start) - excess_of(fit), 0.0),
         measured=sum(float(np.dot(r.measured, r.measured)) / r.sigma**2 for r in records),
@@ -373,9 +375,15 @@ def allowance(best: Trial, other: Trial) -> float:
     Friction that falls with speed is the likelier cause where it leaves half of what friction without a fall leaves:
     how friction builds up, in which the forms of friction differ, is free in both. Not so a hysteresis beside a
     presliding friction, which is its limit: real frictions leave up to the whole tolerance there.
+
+    A constant force that differs from run to run, as the zero of a load cell does, is the likelier cause where another
+    element is the better one only in the runs' mean forces; see `zero_wanders`.
     """
     form = tolerance(best) + CHANCE.slack
     richer, limit = best.own.spec, other.own.spec
+    if limit.constant_force:
+        most = FORM.minor**2 * other.contribution
+        form += min(max(other.means_left - best.means_left, 0.0), most)
     falls = richer.dry_friction and richer.falls_with_speed and limit.dry_friction and not limit.falls_with_speed
     if falls:
         built_up = FORM.build_up**2 * min(best.formed, best.closed)

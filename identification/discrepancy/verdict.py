@@ -18,6 +18,7 @@ from identification.discrepancy.excess import (
     is_seen,
     material_excess,
     significant_excess,
+    zero_wanders,
 )
 from identification.discrepancy.explanation import Effect, Gaps, Traces, Verdict, gaps_of
 from identification.discrepancy.hum import Hum, hum_in
@@ -169,9 +170,10 @@ def _within_forms(result: SearchResult) -> bool:
 
 
 def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> bool:
-    """Whether the excess is larger than noise and the form error of the names explain."""
+    """Whether the excess is larger than noise and the form error of the names and of a zero explain."""
     samples = sum(r.measured.size for r in records)
     form = form_error(found.fit.model, found.names, records, found.base_excess - found.excess)
+    form += zero_wanders(found.fit, records)
     if hum is not None:
         form += FORM.tolerance**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
     floor = max(material_excess(records), significant_excess(records), CHANCE.near_floor**2 * samples)

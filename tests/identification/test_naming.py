@@ -367,7 +367,7 @@ def test_a_joint_that_gives_way_more_than_it_plays_is_a_compliance(gap: float, i
     fit = fit_records(BASE, records, max_iterations=1)
     force = float(np.sqrt(np.mean(records[0].measured ** 2)))
     trial = Trial(id="free_play", fit=replace(fit, model=worn), excess=0.0, contribution=1.0,
-                  formed=1.0, parameters=1, screened=1.0, closed=1.0, measured=1.0,
+                  formed=1.0, parameters=1, means_left=0.0, screened=1.0, closed=1.0, measured=1.0,
                   force=force, stroke=0.02, swing=0.0, speed=1.0, slow=0.1, current=0.0)  # fmt: skip
     assert is_mistaken(trial) is is_none
     assert not is_mistaken(replace(trial, fit=replace(fit, model=bushed)))
@@ -381,7 +381,7 @@ def test_a_hysteresis_that_comes_back_the_way_it_went_is_a_spring(n: float, shar
     gamma = 2.0 * share / (2.0 * 0.01) ** n
     loop = BASE.with_element(element("bouc_wen", {"alpha": 1e4, "A": 2.0, "n": n, "beta": 0.0, "gamma": gamma}))
     trial = Trial(id="bouc_wen", fit=replace(fit, model=loop), excess=0.0, contribution=1.0,
-                  formed=1.0, parameters=4, screened=1.0, closed=1.0, measured=1.0,
+                  formed=1.0, parameters=4, means_left=0.0, screened=1.0, closed=1.0, measured=1.0,
                   force=1.0, stroke=0.02, swing=0.0, speed=1.0, slow=0.1, current=0.0)  # fmt: skip
     assert is_mistaken(trial) is is_spring
 
@@ -393,7 +393,7 @@ def test_a_hysteresis_of_the_control_that_no_run_crosses_is_none(swing: float, i
     fit = fit_records(BASE, records, max_iterations=1)
     still = BASE.with_element(element("control_hysteresis", {"h": 0.1}))
     trial = Trial(id="control_hysteresis", fit=replace(fit, model=still), excess=0.0, contribution=1.0,
-                  formed=1.0, parameters=1, screened=1.0, closed=1.0, measured=1.0,
+                  formed=1.0, parameters=1, means_left=0.0, screened=1.0, closed=1.0, measured=1.0,
                   force=1.0, stroke=0.02, swing=swing, speed=1.0, slow=0.1, current=0.0)  # fmt: skip
     assert is_mistaken(trial) is is_none
 
