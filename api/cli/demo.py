@@ -97,6 +97,7 @@ def _figures(demonstration: Demonstration, report: Path) -> dict[str, object]:
 
 
 def _text(demonstration: Demonstration, report: Path) -> str:
+    from api.demo.demonstration import judged
     from api.demo.report import gap_rows, verdict_text
 
     lines = []
@@ -105,6 +106,6 @@ def _text(demonstration: Demonstration, report: Path) -> str:
         closed = finding.report["gap"]["held_out"].get("closed")
         share = "" if closed is None else f" ({100 * closed:.1f} % of the reducible gap closed)"
         lines += [f"{finding.title}: {verdict_text(finding)}", f"  held-out gap: {gaps}{share}"]
-    right = "named right" if demonstration.named_right else "named wrong"
-    lines.append(f"Hidden in the rig was: {', '.join(demonstration.truth)} ({right})")
+    said = judged(demonstration.named, demonstration.truth)
+    lines.append(f"Hidden in the rig was: {', '.join(demonstration.truth)} ({said})")
     return "\n".join([*lines, f"Report: {report}"])

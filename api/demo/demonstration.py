@@ -19,7 +19,7 @@ from identification.physical.modelfile import read_model
 from rigctl.runfile import Run, read_run
 from sim_rig.draw import draw
 
-__all__ = ["Asked", "Bar", "Demonstration", "Finding", "Show", "demonstrate"]
+__all__ = ["Asked", "Bar", "Demonstration", "Finding", "Show", "demonstrate", "judged"]
 
 DATA = Path(__file__).parent / "data"
 SPECIMEN = "semi-active"
@@ -83,8 +83,20 @@ class Demonstration:
     truth: tuple[str, ...]
 
     @property
+    def named(self) -> tuple[str, ...]:
+        """The effects that were found in the rig."""
+        return tuple(effect["element"] for effect in self.rig.report["effects"])
+
+    @property
     def named_right(self) -> bool:
-        return tuple(effect["element"] for effect in self.rig.report["effects"]) == self.truth
+        return self.named == self.truth
+
+
+def judged(named: Sequence[str], truth: Sequence[str]) -> str:
+    """What came out of the search for what was hidden, in two words: without a name nothing is named wrong."""
+    if not named:
+        return "not named"
+    return "named right" if tuple(named) == tuple(truth) else "named wrong"
 
 
 def demonstrate(asked: Asked, show: Show) -> Demonstration:

@@ -67,7 +67,7 @@ def write_index(demonstration: Demonstration, path: Path) -> None:
 
 def _page(demonstration: Demonstration, folder: Path) -> str:
     truth = ", ".join(demonstration.truth)
-    found = ", ".join(effect["element"] for effect in demonstration.rig.report["effects"]) or "nothing"
+    found = ", ".join(demonstration.named) or "nothing"
     box = "box" if demonstration.named_right else "box wrong"
     seed = f"Seed {demonstration.asked.seed}. " + ("" if demonstration.asked.effect else "It selects the effect.")
     return f"""<!doctype html>

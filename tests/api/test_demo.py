@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from api.demo.demonstration import judged
 from rigctl.runfile import read_run
 
 COMMAND = [sys.executable, "-m", "api.cli", "demo"]
@@ -43,6 +44,13 @@ def alive(pids: set[int]) -> set[int]:
             if ") Z" not in Path(f"/proc/{pid}/stat").read_text():
                 found.add(pid)
     return found
+
+
+@pytest.mark.parametrize(
+    ("named", "said"), [((), "not named"), (("end_stop",), "named right"), (("free_play",), "named wrong")]
+)
+def test_without_a_name_nothing_is_called_named_wrong(named: tuple[str, ...], said: str) -> None:
+    assert judged(named, ("end_stop",)) == said
 
 
 @pytest.mark.slow
