@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.discrepancy.aliases import aliases
+from identification.discrepancy.choice import Trial, allowance
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.explanation import Effect, Explanation, Traces, Verdict, report_data
 from identification.discrepancy.naming import Compared
 from identification.discrepancy.shapes import shapes
 from identification.discrepancy.sheet_figures import sheet_figures
-from identification.discrepancy.trials import Trial, allowance
 from identification.physical.elements import CATALOGUE
 from identification.report import PageData, fingerprint
 from identification.report.page_data import (

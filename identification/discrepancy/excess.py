@@ -91,15 +91,17 @@ def means_left(fit: Fit, records: Sequence[Record]) -> float:
 
 
 def zero_wanders(fit: Fit, records: Sequence[Record]) -> float:
-    """Whitened energy that a constant force of the model may leave because it differs from run to run.
-
-    The zero of a load cell does: what the runs' mean forces leave, and at most FORM.minor² of the constant's energy.
-    """
+    """Whitened energy that the constant forces of the model may leave because they differ from run to run."""
     constants = [e.id for e in fit.model.elements if e.spec.constant_force]
-    if not constants:
-        return 0.0
-    most = FORM.minor**2 * sum(contribution(fit.model, own, records) for own in constants)
-    return min(means_left(fit, records), most)
+    return may_wander(means_left(fit, records), sum(contribution(fit.model, own, records) for own in constants))
+
+
+def may_wander(left: float, constant: float) -> float:
+    """Of the energy that the runs' mean forces leave, what may be a constant force that differs from run to run.
+
+    The zero of a load cell does: by FORM.minor of itself at most, FORM.minor² of its energy.
+    """
+    return min(left, FORM.minor**2 * constant)
 
 
 def _energy(force: Floats, record: Record) -> float:

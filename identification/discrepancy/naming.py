@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from identification.criteria import BUDGET, CHANCE, FORM
+from identification.discrepancy.choice import Trial, choose, complexity, own_form, tolerance
 from identification.discrepancy.excess import (
     excess_of,
     form_energy,
@@ -17,15 +18,7 @@ from identification.discrepancy.excess import (
     significant_excess,
     zero_wanders,
 )
-from identification.discrepancy.trials import (
-    Trial,
-    choose,
-    complexity,
-    own_form,
-    tolerance,
-    trial_of,
-    trials,
-)
+from identification.discrepancy.trials import trial_of, trials
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import follows_current, refine_curves, with_shapes_of

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.criteria import CHANCE, FORM
+from identification.discrepancy.choice import choose, tolerance
 from identification.discrepancy.excess import contribution, excess_of
 from identification.discrepancy.naming import (
     Search,
@@ -18,7 +19,7 @@ from identification.discrepancy.naming import (
     given_with_names,
     is_preload_of,
 )
-from identification.discrepancy.trials import choose, tolerance, trials
+from identification.discrepancy.trials import trials
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import fit_records
 from identification.physical.elements import CATALOGUE

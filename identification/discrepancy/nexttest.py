@@ -15,10 +15,10 @@ from excitation.kinds import Kind
 from excitation.plan import test_from_config
 from identification.compute import run, run_here
 from identification.criteria import CHANCE, TEXT
+from identification.discrepancy.choice import Trial
 from identification.discrepancy.explanation import NextTest
 from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import orthonormal
-from identification.discrepancy.trials import Trial
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters
 from identification.physical.model import Model

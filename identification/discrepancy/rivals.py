@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf
 
+from identification.discrepancy.choice import Trial, allowance, complexity
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.naming import Search
-from identification.discrepancy.trials import Trial, allowance, complexity
 from identification.physical.elements import ElementSpec
 
 

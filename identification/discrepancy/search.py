@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.criteria import FORM
+from identification.discrepancy.choice import choose
 from identification.discrepancy.excess import excess_of, is_seen
 from identification.discrepancy.naming import (
     Search,
@@ -19,7 +20,6 @@ from identification.discrepancy.naming import (
     steps,
 )
 from identification.discrepancy.needless import drop_needless
-from identification.discrepancy.trials import choose
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import follows_current, refine_curves, with_shapes_of
 from identification.physical.model import Model, Parameter

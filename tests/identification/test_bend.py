@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from identification.discrepancy import explain
-from identification.discrepancy.trials import is_mistaken, trial_of
+from identification.discrepancy.choice import is_mistaken
+from identification.discrepancy.trials import trial_of
 from identification.fitting.leastsquares import fit_records
 from identification.physical.elements.equations.damping import Relief, relief
 from identification.physical.elements.equations.point import Point

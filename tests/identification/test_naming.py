@@ -13,12 +13,12 @@ import pytest
 from identification.criteria import FORM
 from identification.discrepancy import Verdict, explain, naming, report_data, write_report
 from identification.discrepancy.aliases import aliases
+from identification.discrepancy.choice import Trial, is_mistaken
 from identification.discrepancy.curves import interval_of_rms
 from identification.discrepancy.excess import contribution, excess_of, form_error
 from identification.discrepancy.needless import drop_departures
 from identification.discrepancy.notes import coarse, unnamed
 from identification.discrepancy.search import search
-from identification.discrepancy.trials import Trial, is_mistaken
 from identification.errors import DataError
 from identification.fitting import fit
 from identification.fitting.leastsquares import fit_records

@@ -8,9 +8,9 @@ import pytest
 
 from identification.criteria import CHANCE
 from identification.discrepancy import naming, search
+from identification.discrepancy.choice import Trial
 from identification.discrepancy.excess import excess_of, material_excess, significant_excess
 from identification.discrepancy.naming import Search
-from identification.discrepancy.trials import Trial
 from identification.fitting.leastsquares import fit_records
 from identification.physical.model import Element, element
 from identification.record import Record

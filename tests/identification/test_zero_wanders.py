@@ -37,3 +37,10 @@ def test_zeros_that_differ_from_run_to_run_are_one_constant_force(seed: int) -> 
     assert [e.element for e in found.effects] == ["force_offset"]
     assert abs(found.model.element("force_offset").value("F0") - float(np.mean(zeros))) < 25.0
     assert any("was the load cell tared" in note for note in found.notes)
+
+
+def test_of_two_runs_as_well_it_is_told_that_their_zeros_differ() -> None:
+    runs = bush(5, (-265.0, -235.0, -250.0))
+    found = explain(BASE, runs[:2], runs[2:])
+    assert [e.element for e in found.effects] == ["force_offset"]
+    assert any("was the load cell tared" in note for note in found.notes)
