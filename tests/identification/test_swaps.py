@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from identification.criteria import BUDGET, CHANCE
-from identification.discrepancy import naming, trials
+from identification.discrepancy import choice, naming, trials
 from identification.discrepancy.candidates import guesses
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.naming import Search
@@ -28,7 +28,7 @@ def test_a_yield_force_that_follows_the_current_may_be_as_steep_as_the_search_go
     model = replace(BASE, elements=(BASE.elements[0],))
     fit = fit_records(model.with_element(replace(tanh, parameters=steep)), records, max_iterations=0)
     trial = trials.trial_of(fit, "tanh_hysteresis", fit_records(model, records, max_iterations=0), records, 0.0)
-    assert trials.on_bound(trial) == refused
+    assert choice.on_bound(trial) == refused
 
 
 @pytest.mark.parametrize(("times", "name"), [(0.5, "linear_stiffness"), (1e3, "stribeck_friction")])

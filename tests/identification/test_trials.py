@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identification.criteria import CHANCE, FORM
-from identification.discrepancy import nexttest, trials
+from identification.discrepancy import choice, nexttest, trials
 from identification.discrepancy.candidates import guesses
 from identification.fitting.leastsquares import evaluate, fit_records, free_parameters
 from identification.physical.model import element
@@ -81,6 +81,6 @@ def test_a_hysteresis_is_named_where_its_limit_is_behind_by_more_than_the_tolera
         replace(t, excess=(1.0 + more * 1e4 * FORM.tolerance**2) * seen, formed=1e4 * seen, closed=1e4 * seen)
         for t, more in ((limit, behind), (richer, 0.0))
     )
-    best = trials.choose([limit, richer])
+    best = choice.choose([limit, richer])
     assert best is not None
     assert best.name == chosen
