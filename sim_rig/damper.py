@@ -31,8 +31,8 @@ TOLERANCE: Final = 1e-3  # N
 
 @pasted
 def _soft(x: float, width: float) -> float:
-    """max(0, x) with a corner of the given width."""
-    return 0.5 * (x + math.sqrt(x * x + width * width) - width)
+    """max(0, x), rounded by a parabola within ± the given width; nothing at all before it."""
+    return max(x, 0.0) if abs(x) >= width else 0.25 * (x + width) ** 2 / width
 
 
 @compiled

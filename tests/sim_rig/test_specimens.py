@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from sim_rig.damper import RINGS, STATE, mount, orifices, springs
 from sim_rig.draw import draw, scale_of, write_truth
 from sim_rig.effects import EFFECTS, LISTED, UNLISTED, refusal
 from sim_rig.errors import SimRigError, SpecimenError
@@ -61,6 +62,30 @@ def test_every_effect_that_a_specimen_takes_changes_its_force_and_keeps_it_finit
         change = np.sqrt(np.mean((force - plain) ** 2)) / rms
         assert 0.002 < change < 1.5, f"{name} changes {change:.2%}"
         assert np.std(force) > 0.3 * rms, f"{name} leaves a force of {np.std(force):.3g} N where there were {rms:.3g} N"
+
+
+def test_a_joint_with_play_carries_nothing_between_its_ends_and_damps_where_it_touches() -> None:
+    p = SPECIMENS["semi-active"].damper._replace(play=1e-4)
+    state, scratch = np.zeros(STATE), np.zeros(RINGS)
+    at = np.linspace(-1e-4, 1e-4, 401)
+    at_rest, moving = (np.array([mount(p, state, scratch, e, rate, 6e-5) for e in at]) for rate in (0.0, 0.1))
+    within = np.abs(at) < 0.4 * p.play
+    assert np.all(at_rest[within] == 0.0)
+    assert np.all(moving[within] == 0.0)
+    assert np.all(at_rest * at >= 0.0)
+    assert np.all(moving >= at_rest)
+
+
+def test_a_relief_valve_and_an_end_stop_do_nothing_before_they_act() -> None:
+    plain = SPECIMENS["passive"].damper
+    valve = plain._replace(relief=500.0, relief_knee=0.2)
+    stop = plain._replace(stop=1e5, stop_at=0.02)
+    for slow in (-0.1, -1e-3, 1e-3, 0.1):
+        assert orifices(valve, slow, 0.0) == orifices(plain, slow, 0.0)
+    for near in (-0.015, -1e-4, 1e-4, 0.015):
+        assert springs(stop, near, 20.0) == springs(plain, near, 20.0)
+    assert orifices(plain, 0.5, 0.0) - orifices(valve, 0.5, 0.0) == pytest.approx(500.0 * 0.3, rel=0.02)
+    assert springs(stop, 0.025, 20.0) - springs(plain, 0.025, 20.0) == pytest.approx(1e5 * 0.005 * 1.5, rel=0.02)
 
 
 def test_a_passive_damper_absorbs_energy() -> None:
