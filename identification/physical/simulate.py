@@ -10,11 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import SimulationError
-from identification.models.motion import Motion
+from identification.models.motion import Motion, delayed
 from identification.physical.beside import parts
 from identification.physical.collocation import nodes_of
 from identification.physical.elements.equations.control import effective_current
-from identification.physical.elements.equations.sensor import delay_of, low_pass_of, low_passed, sensor_force
+from identification.physical.elements.equations.sensor import (
+    ahead_of_current,
+    delay_of,
+    low_pass_of,
+    low_passed,
+    sensor_force,
+)
 from identification.physical.elements.mount import RIGID_DAMPING, RIGID_STIFFNESS
 from identification.physical.elements.stability import may_grow, unbounded
 from identification.physical.model import Element, Model
@@ -58,7 +64,8 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
     wanted = _wanted(model, gradient)
     sensor = model.on("sensor")
     taus = [delay_of(e.spec, _values(e)) for e in sensor]
-    past = motion.shifted(sum(taus))
+    ahead = sum(ahead_of_current(e.spec, _values(e)) for e in sensor)
+    past = _shifted(motion, sum(taus), ahead)
     response = _steady_damper(model, past, wanted, substeps)
     force, grad = response.force, response.gradient
     offset = sum(len(e.parameters) for e in model.elements if e.spec.path != "sensor")
@@ -72,6 +79,8 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
         value, columns = sensor_force(e.spec, _values(e), motion.shifted(later), force)
         force = force + value
         if grad is not None and wanted is not None:
+            if ahead_of_current(e.spec, _values(e)) and wanted[offset]:
+                columns[:, 0] += _by_current(model, past, substeps)
             columns = columns[:, wanted[offset : offset + columns.shape[1]]]
             grad[:, place : place + columns.shape[1]] = columns
             place += columns.shape[1]
@@ -83,6 +92,23 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
             f"v = {motion.v[bad]:.4g} m/s): check its parameters against the range of the run"
         )
     return Response(force, grad, response.failures)
+
+
+def _shifted(motion: Motion, tau: float, ahead: float) -> Motion:
+    """The inputs `tau` seconds ago, of which the current is `ahead` seconds less far ahead."""
+    past = motion.shifted(tau)
+    return replace(past, i=delayed(motion.i, tau + ahead, motion.dt, motion.period)) if ahead else past
+
+
+def _by_current(model: Model, past: Motion, substeps: int) -> Floats:
+    """The part of dF/dt that comes with the current, (N,), N/s: its change with a current that is earlier."""
+    if np.ptp(past.i) == 0.0:
+        return np.zeros(past.i.size)
+    early, late = (
+        _steady_damper(model, replace(past, i=delayed(past.i, tau, past.dt, past.period)), None, substeps).force
+        for tau in (-past.dt, past.dt)
+    )
+    return (early - late) / (2.0 * past.dt)
 
 
 def _wanted(model: Model, gradient: bool | Mask) -> Mask | None:

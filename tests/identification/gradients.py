@@ -60,7 +60,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "control_delay": {"tau": 0.0123},
     "control_saturation": {"i_s": 1.0},
     "control_hysteresis": {"h": 0.1},
-    "force_delay": {"tau": 0.0034, "lag": 0.005, "turn": 0.003},
+    "force_delay": {"tau": -0.0034, "lag": 0.005, "turn": 0.003, "late_motion": 1.0},
     "force_offset": {"F0": 7},
     "moving_mass": {"m": 2},
     "parallel_stiffness": {"k": 300},

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
 
 from identification.criteria import FORM
 from identification.physical.elements.spec import (
@@ -14,7 +15,18 @@ from identification.physical.elements.spec import (
     Family,
     ParameterSpec,
     Remedy,
+    Values,
 )
+
+if TYPE_CHECKING:
+    from identification.scales import Scales
+
+
+def _late_starts(s: Scales) -> Sequence[Values]:
+    """One channel late; with a current that varies, also the displacement late beside both others."""
+    late = {"tau": 0.03 * s.motion_time}
+    return [late, {"tau": -late["tau"], "late_motion": 1.0}] if s.current_high > s.current_low else [late]
+
 
 ROWS: Final = (
     ElementSpec(
@@ -34,8 +46,18 @@ ROWS: Final = (
             ParameterSpec("lag", "s", default=0.0, refinement=True, remedy=Remedy.FREQUENCY),
             # Of two poles: turn² is lag²/3 in Bessel's low-pass and lag²/2 in Butterworth's.
             ParameterSpec("turn", "s", default=0.0, refinement=True, late=True, remedy=Remedy.FREQUENCY),
+            # Ahead of its motion is what belongs to a displacement that comes late; a current has no part in that.
+            ParameterSpec(
+                "late_motion",
+                "–",
+                high=1.0,
+                constant=0.0,
+                default=0.0,
+                refinement=True,
+                switch="where tau is negative the displacement is late, and the current is not",
+            ),
         ),
-        starts=lambda s: [{"tau": 0.03 * s.motion_time}],
+        starts=_late_starts,
         moves_all=True,
         # Early and late at once is a mere shape; with more turn than lag a low-pass would ring.
         denied=lambda v, others: -v["tau"] > FORM.minor * v["lag"] > 0.0 or v["turn"] > v["lag"],

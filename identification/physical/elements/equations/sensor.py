@@ -34,6 +34,11 @@ def delay_of(spec: ElementSpec, values: Sequence[float]) -> float:
     return values[0] if spec.name == "force_delay" else 0.0
 
 
+def ahead_of_current(spec: ElementSpec, values: Sequence[float]) -> float:
+    """How late the displacement beside force and current is, s: the current is not taken from so far ahead."""
+    return -values[0] if spec.name == "force_delay" and values[3] == 1.0 and values[0] < 0.0 else 0.0
+
+
 def low_pass_of(spec: ElementSpec, values: Sequence[float]) -> tuple[float, float]:
     """Lag and turn, s, of the low-pass with which the element follows the force before it; see `low_passed`."""
     return (values[1], values[2]) if spec.name == "force_delay" else (0.0, 0.0)
@@ -88,12 +93,12 @@ def _delay(values: Sequence[float], motion: Motion, force: Floats) -> Added:
 
     By lag and turn: what follows −dF/dt and −2·turn·d²F/dt².
     """
-    _, lag, turn = values
+    _, lag, turn, _ = values
     with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the sums of its gradient
         rate = np.gradient(force, motion.dt)
         bent = 2.0 * turn * np.gradient(rate, motion.dt)
         by_shape = low_passed(np.stack([rate, bent], axis=1), lag, turn, motion)
-    return np.zeros(force.size), -np.column_stack([rate, by_shape])
+    return np.zeros(force.size), -np.column_stack([rate, by_shape, np.zeros(force.size)])
 
 
 def _offset(values: Sequence[float], motion: Motion, force: Floats) -> Added:
