@@ -46,7 +46,7 @@ def _with(e: Element, own: Mapping[str, Parameter]) -> Element:
 def _limit(e: Element, scales: Scales) -> Element:
     limited = {}
     for spec, p in zip(e.spec.parameters, e.parameters, strict=True):
-        if spec.limits is not None:
+        if spec.limits is not None and not (spec.refinement and p.fixed):
             low, high = spec.limits(scales)
             limited[spec.name] = replace(p, value=min(max(p.value, low), high), low=low, high=high)
     return _with(e, limited)

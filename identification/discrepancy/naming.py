@@ -303,7 +303,7 @@ def repeat_trials(
         return drop_name(state, name, rest)
     beside_friction = any(e.spec.friction for e in _named(state) if e.id != name)
     tried = trials(
-        rest, given_with_names(state).without(name), records, incumbent=name, beside=state.fit.model,
+        rest, given_with_names(state).in_its_absence(name), records, incumbent=name, beside=state.fit.model,
         excluded=[n for n in _frictions() if n != name_of(name)] if beside_friction else (),
     )  # fmt: skip
     found = [_replace_stuck(t, state, rest, records) if t.id == name else t for t in tried]
@@ -375,7 +375,7 @@ def _is_far_behind(best: Trial, state: Search) -> bool:
 
 def fit_without(fit: Fit, name: str, records: Sequence[Record]) -> Fit | None:
     """The model fitted again without one of its elements; None where it can't run so."""
-    return _quick_fit(fit.model.without(name), records)
+    return _quick_fit(fit.model.in_its_absence(name), records)
 
 
 def fit_others(state: Search, name: str, records: Sequence[Record]) -> Fit | None:

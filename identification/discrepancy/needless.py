@@ -81,7 +81,7 @@ def _merged(state: Search, name: str, parts: Sequence[str], records: Sequence[Re
     """The state with one element in the place of `parts`, by id; as it is where that fits worse than its form may."""
     model = state.fit.model
     for part in parts:
-        model = model.without(part)
+        model = model.in_its_absence(part)
     rest = fit_records(model, records)
     alone = replace(
         state, fit=rest, names=tuple(n for n in state.names if n not in parts), excess=excess_of(rest),

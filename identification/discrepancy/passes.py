@@ -106,7 +106,7 @@ def _named_before(base: Fit, records: Sequence[Record]) -> tuple[Search | None, 
     model = base.model
     with suppress(SimulationError, ModelError):
         for name in names:
-            model = model.without(name)
+            model = model.in_its_absence(name)
         without = fit_records(model, records)
         left = excess_of(without)
         return Search(fit=base, names=names, excess=excess_of(base), given=base.model, base_excess=left), without

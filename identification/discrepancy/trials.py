@@ -167,7 +167,8 @@ def _shortlist(
     at = tangent(model, quick)
     names = [n for n in admissible(model, records, scales) if n not in excluded]
     mounted = bool(model.on("mount"))
-    first = [model.numbered(g) for n in names for g in guesses(n, scales, mounted=mounted)]
+    every = [model.numbered(g) for n in names for g in guesses(n, scales, mounted=mounted)]
+    first = [g for g in every if not denies_its_name(g, model)]  # what is only beside another is tried there
     found = screen(model, first, quick, at)
     best: dict[str, list[tuple[float, Element]]] = {}
     for s in found:

@@ -125,7 +125,7 @@ def _without(found: Search, name: str, records: Sequence[Record]) -> Search:
         when the model can't run without it.
     """
     start = fit_others(found, name, records)
-    rest = fit_records(found.fit.model.without(name) if start is None else start.model, records)
+    rest = fit_records(found.fit.model.in_its_absence(name) if start is None else start.model, records)
     return replace(found, fit=rest, names=tuple(n for n in found.names if n != name), excess=excess_of(rest))
 
 

@@ -145,6 +145,9 @@ def _start(spec: ParameterSpec, records: Sequence[Record], gap: float) -> Parame
     A share has a gradient there, and a lag that of a dead time.
     """
     scales = scales_of(records, gap)
+    if spec.limits is not None:
+        low, high = spec.limits(scales)
+        return Parameter(value=0.5 * (low + high), low=low, high=high)
     typical = {
         "m/s": scales.speeds[0],
         "m": FORM.minor * scales.x_rms,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from identification.errors import ModelError
 from identification.models.motion import Motion
 from identification.models.protocol import TrainingRange
-from identification.physical.elements import CATALOGUE, PATHS, ElementSpec, Path
+from identification.physical.elements import CATALOGUE, PATHS, ElementSpec, ParameterSpec, Path
 
 if TYPE_CHECKING:
     from identification.physical.stepping import PhysicalStepper
@@ -220,6 +220,13 @@ class Model:
         gone = self.element(id_)
         return replace(self, elements=tuple(e for e in self.elements if e is not gone))
 
+    def in_its_absence(self, id_: str) -> Model:
+        """The same, also without the finer shapes that another element has only beside that one."""
+        rest = self.without(id_)
+        alone = [denies_its_name(e, rest) and not denies_its_name(e, self) for e in rest.elements]
+        elements = [_canonical(e) if other else e for e, other in zip(rest.elements, alone, strict=True)]
+        return replace(rest, elements=tuple(elements)) if any(alone) else rest
+
     def slots(self) -> Iterator[tuple[Element, int]]:
         """Every parameter in the order of the parameter vector, as (element, index within it)."""
         for e in self.elements:
@@ -283,6 +290,16 @@ def _told_apart(elements: Sequence[Element]) -> Sequence[Element]:
 def _free_id(name: str, taken: Collection[str]) -> str:
     """The name, or the name with the least number from 2 on, that is not taken yet."""
     return next(i for i in (name, *(f"{name}#{k}" for k in range(2, len(taken) + 3))) if i not in taken)
+
+
+def _neutral(spec: ParameterSpec) -> Parameter:
+    return Parameter(value=spec.default or 0.0, fixed=True)
+
+
+def _canonical(e: Element) -> Element:
+    """The element in its canonical form, its finer shape at nothing."""
+    pairs = zip(e.spec.parameters, e.parameters, strict=True)
+    return replace(e, parameters=tuple(_neutral(s) if s.refinement else p for s, p in pairs))
 
 
 def denies_its_name(own: Element, model: Model) -> bool:

@@ -47,7 +47,7 @@ EQUATIONS: dict[str, Equation] = {
         np.abs(q["c1"] * w) < q["f_r"], q["c1"] * w, np.sign(w) * (1 - q["c2"] / q["c1"]) * q["f_r"] + q["c2"] * w
     ),
     "valve_damping": lambda z, w, u, t, q: current_slope(u, q) * w / np.sqrt(1 + (w / q["w_knee"]) ** 2),
-    "quadratic_damping": lambda z, w, u, t, q: q["q"] * w * np.abs(w),
+    "quadratic_damping": lambda z, w, u, t, q: q["q"] * np.sign(w) * np.minimum(np.abs(w), q["w_cap"] or np.inf) ** 2,
     "relief_valve": lambda z, w, u, t, q: (
         -0.5
         * (q["c_drop"] + q["c_drop_control"] * u)

@@ -20,7 +20,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "arctan_damping": {"F1": 300, "S": 30, "d": 100, "F2": 3},
     "piecewise_linear_damping": {"c1": 3000, "c2": 400, "f_r": 200},
     "valve_damping": {"c_soft": 800, "c_firm": 4000, "u_soft": 0.2, "u_firm": 1.7, "w_knee": 0.4},
-    "quadratic_damping": {"q": 300},
+    "quadratic_damping": {"q": 300, "w_cap": 0.2},
     "rebound_compression_damping": {"c_r": 2000, "w_r": 0.1, "c_c": 800, "w_c": 0.15, "share": 0.2},
     "hydraulic_bump_stop": {"q": 4e4, "z_max": 0.004},
     "relief_valve": {"c_drop": 200, "w_knee": 0.1, "c_drop_control": 30, "w_round": 0.03},

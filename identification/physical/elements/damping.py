@@ -47,6 +47,11 @@ def _valve_starts(s: Scales) -> Sequence[Values]:
     return [{"c_soft": 0.5 * slope, "c_firm": 1.5 * slope, "u_soft": low, "u_firm": high, "w_knee": s.speeds[3]}]
 
 
+def _quadratic_starts(s: Scales) -> Sequence[Values]:
+    q = s.gap / s.v_rms**2
+    return [{"q": q}, *({"q": q, "w_cap": w} for w in s.speeds[2:])]
+
+
 def _relief_starts(s: Scales) -> Sequence[Values]:
     # No more than what is missing: more would make a core fall with speed, break loose and take its time at it.
     slope, knees = min(s.gap, 0.3 * s.force) / s.v_rms, (*s.speeds[1:], 0.6 * s.v_max)
@@ -142,9 +147,21 @@ ROWS: Final = (
         name="quadratic_damping",
         family=Family.DAMPING,
         title="quadratic (orifice) damping",
-        equation="f = q·w·|w|",
-        parameters=(ParameterSpec("q", "N·s²/m²", remedy=Remedy.SPEEDS),),
-        starts=lambda s: [{"q": s.gap / s.v_rms**2}],
+        equation="f = q·sgn(w)·min(|w|, w_cap)², without w_cap q·w·|w|",
+        parameters=(
+            ParameterSpec("q", "N·s²/m²", remedy=Remedy.SPEEDS),
+            # Once a valve beside them is open it takes what flow there is more: that of the ports stays as it is.
+            ParameterSpec(
+                "w_cap",
+                "m/s",
+                default=0.0,
+                refinement=True,
+                limits=lambda s: (0.2 * s.speeds[0], 0.95 * s.v_max),
+                remedy=Remedy.SPEEDS,
+            ),
+        ),
+        starts=_quadratic_starts,
+        denied=lambda v, others: v["w_cap"] > 0.0 and not any(o.name == "relief_valve" for o in others),
         curve=Curve.LAW,
     ),
     ElementSpec(

@@ -117,12 +117,17 @@ def valve(q, at):
 
 class Quadratic(NamedTuple):
     q: float
+    w_cap: float
 
 
 @inlined
 def quadratic(q, at):
-    own = at.w * abs(at.w)
-    return Force(q.q * at.w * abs(at.w), 0.0, 2.0 * q.q * abs(at.w), 0.0, 0.0, 0.0, 0.0), Quadratic(own)
+    speed, sgn = abs(at.w), 1.0 if at.w > 0 else -1.0
+    if 0.0 < q.w_cap < speed:
+        own = sgn * q.w_cap * q.w_cap
+        return Force(q.q * own, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Quadratic(own, 2.0 * q.q * sgn * q.w_cap)
+    own = at.w * speed
+    return Force(q.q * own, 0.0, 2.0 * q.q * speed, 0.0, 0.0, 0.0, 0.0), Quadratic(own, 0.0)
 
 
 class Relief(NamedTuple):
@@ -265,9 +270,9 @@ def damping(code, p, o, at, dp, wanted):
         if wanted:
             dp[o], dp[o + 1], dp[o + 2], dp[o + 3], dp[o + 4] = by
     elif code == _QUADRATIC:
-        force, by = quadratic(Quadratic(p[o]), at)
+        force, by = quadratic(Quadratic(p[o], p[o + 1]), at)
         if wanted:
-            dp[o] = by.q
+            dp[o], dp[o + 1] = by
     elif code == _RELIEF:
         force, by = relief(Relief(p[o], p[o + 1], p[o + 2], p[o + 3]), at)
         if wanted:
