@@ -93,9 +93,14 @@ def own_form(trial: Trial) -> float:
 
 def complexity(trial: Trial) -> float:
     """Free parameters, one more for a whole damping curve beside that of the base, and one for unlikely values."""
-    spec, own = trial.own.spec, trial.own.values()
-    unlikely = spec.unlikely is not None and spec.unlikely(own, _around(trial))
-    return trial.parameters + (1.0 if spec.curve == Curve.WHOLE else 0.0) + (1.0 if unlikely else 0.0)
+    whole = trial.own.spec.curve == Curve.WHOLE
+    return trial.parameters + (1.0 if whole else 0.0) + (1.0 if is_unlikely(trial) else 0.0)
+
+
+def is_unlikely(trial: Trial) -> bool:
+    """Whether another element that fits alike is the likelier one with the values of this fit."""
+    own = trial.own
+    return own.spec.unlikely is not None and own.spec.unlikely(own.values(), _around(trial))
 
 
 def contradicts_itself(trial: Trial) -> bool:

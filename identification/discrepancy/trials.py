@@ -12,7 +12,7 @@ import numpy as np
 from identification.compute import run
 from identification.criteria import BUDGET, CHANCE, FORM
 from identification.discrepancy.candidates import admissible, guesses, starts_out_of
-from identification.discrepancy.choice import Trial, choose, contradicts_itself, is_mistaken
+from identification.discrepancy.choice import Trial, choose, contradicts_itself, is_mistaken, is_unlikely
 from identification.discrepancy.excess import contribution_and_form, excess_of, means_left
 from identification.discrepancy.signatures import screen, tangent
 from identification.errors import SimulationError
@@ -124,7 +124,7 @@ def _fit_from_simpler(denied: Trial, found: Sequence[Trial], its: _Round) -> Tri
 
 def _with_limits(found: list[Trial], its: _Round, excluded: Collection[str]) -> list[Trial]:
     """The trials and, as long as the choice is a richer element, those of its limits that start out of its fit and are
-    no worse than it: then the richer one says nothing more. Of an element that is mistaken for another, every limit.
+    no worse than it: then the richer one says nothing more. Of one that is mistaken or unlikely, all limits.
 
     A signature promises little where no first value is near: a limit of the element that fits has its values.
     """
@@ -132,7 +132,7 @@ def _with_limits(found: list[Trial], its: _Round, excluded: Collection[str]) -> 
     while richer := [t for t in found if t.name not in tried and (t is choose(found) or is_mistaken(t))]:
         rich = richer[0]
         tried.add(rich.name)
-        worst = np.inf if is_mistaken(rich) else rich.excess + CHANCE.slack
+        worst = np.inf if is_mistaken(rich) or is_unlikely(rich) else rich.excess + CHANCE.slack
         for name, growth in _limits_of(rich.name):
             limit = None if name in out else _fit_out_of(rich, growth, name, its)
             if limit is not None and limit.excess <= worst:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from identification.discrepancy import explain
 from identification.fitting.leastsquares import fit_records
 from identification.models.motion import Motion
 from identification.physical.model import Model, element
@@ -18,6 +19,8 @@ from identification.physical.simulate import simulate
 from identification.record import record_from_run
 from rigctl.runfile import Run
 from tests.identification.motions import motion
+from tests.identification.ordinary import motion as road
+from tests.identification.ordinary import recorded
 
 Floats = NDArray[np.float64]
 
@@ -80,3 +83,23 @@ def test_it_is_met_by_another_integrator_and_found_again_by_a_fit() -> None:
     assert values["air"] == pytest.approx(2e-3, rel=0.03)
     assert values["f_half"] == pytest.approx(60.0, rel=0.05)
     assert values["k"] == pytest.approx(4e5, rel=0.05)
+
+
+def aerated(k: int, amplitude: float, gone_n: float) -> Run:
+    """A damper whose air is pressed as a gas is, its volume over pressure to the power −1/1.3, beside a column."""
+    t, x, v = road(k, amplitude)
+    half, c, stiffness = 1.5e-4, 9000.0, 4e6
+
+    def rate(now: float, f: Floats) -> Floats:
+        yields = half / (1.3 * gone_n) * (1.0 + np.abs(f) / gone_n) ** (-1.0 / 1.3 - 1.0) + 1.0 / stiffness
+        return np.asarray((np.interp(now, t, v) - f / c) / yields)
+
+    found = solve_ivp(rate, (t[0], t[-1]), [c * v[0]], method="LSODA", t_eval=t, rtol=1e-7, atol=1e-3, max_step=2e-3)
+    return recorded("aerated", k, x, found.y[0], 3.0)
+
+
+def test_air_that_is_gone_soon_is_named_and_no_play() -> None:
+    base = Model(name="viscous", elements=(element("viscous_damping", {"c": 8000.0}),))
+    found = explain(base, [aerated(k, a, 40.0) for k, a in enumerate((0.004, 0.008, 0.012, 0.006))])
+    assert "aerated_oil" in [e.element for e in found.effects]
+    assert "free_play" not in [e.element for e in found.effects]

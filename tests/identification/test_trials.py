@@ -11,7 +11,7 @@ from identification.criteria import CHANCE, FORM
 from identification.discrepancy import choice, nexttest, trials
 from identification.discrepancy.candidates import guesses
 from identification.fitting.leastsquares import evaluate, fit_records, free_parameters
-from identification.physical.model import element
+from identification.physical.model import Element, element
 from identification.physical.predict import predict
 from identification.scales import scales_of
 from tests.identification.specimens import AS_SIMULATED as BASE
@@ -64,17 +64,24 @@ def test_a_test_on_which_a_gradient_diverges_is_worth_nothing() -> None:
     assert nexttest._worth(BASE, best, known, beyond) is None
 
 
-@pytest.mark.parametrize(("behind", "chosen"), [(2.0, "bouc_wen"), (0.5, "presliding_friction")])
-def test_a_hysteresis_is_named_where_its_limit_is_behind_by_more_than_the_tolerance(behind: float, chosen: str) -> None:
-    """However little the hysteresis leaves: of a friction that is none of the catalogue it may be a tenth."""
+HYSTERESIS = (
+    element("presliding_friction", {"sigma": 2e4, "f_c": 15.0}),
+    element("bouc_wen", {"alpha": 2e4, "A": 1.0, "n": 1.5, "beta": 500.0, "gamma": 900.0}),
+)
+JOINT = element("free_play", {"gap": 2e-4}), element("aerated_oil", {"air": 2e-4, "f_half": 5.0})  # of 500 N
+
+
+@pytest.mark.parametrize(("behind", "chosen"), [(2.0, 1), (0.5, 0)])
+@pytest.mark.parametrize("pair", [HYSTERESIS, JOINT], ids=["hysteresis", "air that is gone soon"])
+def test_a_richer_element_is_named_where_its_limit_is_behind_by_more_than_the_tolerance(
+    pair: tuple[Element, Element], behind: float, chosen: int
+) -> None:
+    """However little the richer one leaves: of a friction that is none of the catalogue it may be a tenth."""
     records = records_with("coulomb_friction")
     base = fit_records(BASE, records, max_iterations=0)
     limit, richer = (
         trials.trial_of(fit_records(BASE.with_element(e), records, max_iterations=0), e.id, base, records, 1.0)
-        for e in (
-            element("presliding_friction", {"sigma": 2e4, "f_c": 15.0}),
-            element("bouc_wen", {"alpha": 2e4, "A": 1.0, "n": 1.5, "beta": 500.0, "gamma": 900.0}),
-        )
+        for e in pair
     )
     seen = CHANCE.at_noise * base.samples
     limit, richer = (
@@ -83,4 +90,4 @@ def test_a_hysteresis_is_named_where_its_limit_is_behind_by_more_than_the_tolera
     )
     best = choice.choose([limit, richer])
     assert best is not None
-    assert best.name == chosen
+    assert best.name == pair[chosen].name

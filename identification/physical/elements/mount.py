@@ -41,11 +41,16 @@ def _gives_way(values: Values, around: Surroundings) -> bool:
     return not bushed and values["gap"] < FORM.play * around.force / RIGID_STIFFNESS
 
 
-def _is_play_or_spring(values: Values, around: Surroundings) -> bool:
-    """Whether the air is gone at forces far below those measured, or hardly compressed by them, or stands beside a
-    play: then it is how the halves of that joint meet."""
+def _is_joint_or_spring(values: Values, around: Surroundings) -> bool:
+    """Whether the air is hardly compressed by the forces measured, or stands beside a play: then it is how the halves
+    of that joint meet."""
     beside_play = any(o.name == "free_play" for o in around.others)
-    return beside_play or not FORM.play * around.force < values["f_half"] < FORM.disproportionate * around.force
+    return beside_play or values["f_half"] >= FORM.disproportionate * around.force
+
+
+def _is_nearly_play(values: Values, around: Surroundings) -> bool:
+    """Whether the air is gone at forces far below those measured: a joint whose halves meet softly does nearly that."""
+    return values["f_half"] <= FORM.play * around.force
 
 
 def _little_force(air: Values, _: Scales) -> Sequence[Values]:
@@ -54,8 +59,9 @@ def _little_force(air: Values, _: Scales) -> Sequence[Values]:
 
 
 def _much_force(air: Values, _: Scales) -> Sequence[Values]:
-    """What air is to forces far beyond."""
-    return [{"gap": air["air"]}]
+    """What air is to forces far beyond: a play, met at once or half of the way softly."""
+    half = 0.5 * air["air"]
+    return [{"gap": air["air"]}, {"gap": half, "soft": 0.9 * half, "f_soft": air["f_half"]}]
 
 
 ROWS: Final = (
@@ -184,6 +190,7 @@ ROWS: Final = (
         ],
         once=True,
         finer_of=("free_play",),
-        mistaken=_is_play_or_spring,
+        mistaken=_is_joint_or_spring,
+        unlikely=_is_nearly_play,
     ),
 )
