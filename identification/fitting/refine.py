@@ -11,7 +11,7 @@ from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.physical.beside import switched, switches
 from identification.physical.elements import ParameterSpec
-from identification.physical.model import Model, Parameter, denies_its_name
+from identification.physical.model import Model, Parameter, denies_its_name, neutral
 from identification.record import Record
 from identification.scales import scales_of
 
@@ -50,7 +50,7 @@ def without_needless_shape(fit: Fit, index: int, records: Sequence[Record]) -> F
     shaped = [s.refinement and not s.switch for s in own.spec.parameters]
     if all(p.fixed for p, finer in zip(own.parameters, shaped, strict=True) if finer):
         return fit
-    plain = tuple(_neutral(s) if finer else p
+    plain = tuple(neutral(s) if finer else p
                   for s, p, finer in zip(own.spec.parameters, own.parameters, shaped, strict=True))  # fmt: skip
     found = _refitted(fit, index, plain, records)
     shown = max(CHANCE.slack, FORM.helps * (found.chi2 - found.samples))
@@ -86,16 +86,12 @@ def _freed(fit: Fit, index: int, first: Mapping[int, Parameter], records: Sequen
     if not finer or excess < CHANCE.at_noise * fit.samples:
         return fit
     beside = tuple(first[k] if k in finer else p for k, p in enumerate(own.parameters))
-    alone = tuple(_neutral(s) if s.refinement and not s.switch and k not in finer else p
+    alone = tuple(neutral(s) if s.refinement and not s.switch and k not in finer else p
                   for k, (s, p) in enumerate(zip(own.spec.parameters, beside, strict=True)))  # fmt: skip
     shaped = [_refitted(fit, index, parameters, records) for parameters in dict.fromkeys((alone, beside))]
     least = min(s.chi2 for s in shaped)
     best = next(s for s in shaped if s.chi2 <= least + CHANCE.slack)
     return best if best.chi2 < fit.chi2 - max(CHANCE.slack, FORM.helps * excess) else fit
-
-
-def _neutral(spec: ParameterSpec) -> Parameter:
-    return Parameter(value=spec.default or 0.0, fixed=True)
 
 
 def _refitted(fit: Fit, index: int, parameters: tuple[Parameter, ...], records: Sequence[Record]) -> Fit:
@@ -142,7 +138,7 @@ def with_shapes_of(model: Model, fitted: Model) -> Model:
 def _start(spec: ParameterSpec, records: Sequence[Record], gap: float) -> Parameter:
     """First value and limits of a build-up: at zero its gradient vanishes, and a step that lands there would stay.
 
-    A share has a gradient there, and a lag that of a dead time.
+    A share has a gradient there, and a lag that of a dead time. What has limits of the search starts between them.
     """
     scales = scales_of(records, gap)
     if spec.limits is not None:

@@ -292,14 +292,15 @@ def _free_id(name: str, taken: Collection[str]) -> str:
     return next(i for i in (name, *(f"{name}#{k}" for k in range(2, len(taken) + 3))) if i not in taken)
 
 
-def _neutral(spec: ParameterSpec) -> Parameter:
+def neutral(spec: ParameterSpec) -> Parameter:
+    """A parameter of a finer shape at nothing, and held there."""
     return Parameter(value=spec.default or 0.0, fixed=True)
 
 
 def _canonical(e: Element) -> Element:
     """The element in its canonical form, its finer shape at nothing."""
     pairs = zip(e.spec.parameters, e.parameters, strict=True)
-    return replace(e, parameters=tuple(_neutral(s) if s.refinement else p for s, p in pairs))
+    return replace(e, parameters=tuple(neutral(s) if s.refinement else p for s, p in pairs))
 
 
 def denies_its_name(own: Element, model: Model) -> bool:

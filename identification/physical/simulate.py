@@ -80,7 +80,7 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
         force = force + value
         if grad is not None and wanted is not None:
             if ahead_of_current(e.spec, _values(e)) and wanted[offset]:
-                columns[:, 0] += _by_current(model, past, substeps)
+                columns[:, 0] += low_passed(_by_current(model, past, substeps), lag, turn, motion)
             columns = columns[:, wanted[offset : offset + columns.shape[1]]]
             grad[:, place : place + columns.shape[1]] = columns
             place += columns.shape[1]

@@ -59,7 +59,7 @@ def _little_force(air: Values, _: Scales) -> Sequence[Values]:
 
 
 def _much_force(air: Values, _: Scales) -> Sequence[Values]:
-    """What air is to forces far beyond: a play, met at once or half of the way softly."""
+    """What air is to forces far beyond: a play, met at once or half of the way softly; nearly half, as more is air."""
     half = 0.5 * air["air"]
     return [{"gap": air["air"]}, {"gap": half, "soft": 0.9 * half, "f_soft": air["f_half"]}]
 

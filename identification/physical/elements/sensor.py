@@ -46,7 +46,7 @@ ROWS: Final = (
             ParameterSpec("lag", "s", default=0.0, refinement=True, remedy=Remedy.FREQUENCY),
             # Of two poles: turn² is lag²/3 in Bessel's low-pass and lag²/2 in Butterworth's.
             ParameterSpec("turn", "s", default=0.0, refinement=True, late=True, remedy=Remedy.FREQUENCY),
-            # Ahead of its motion is what belongs to a displacement that comes late; a current has no part in that.
+            # A force is ahead of its motion where the displacement is recorded late; the current need not be late too.
             ParameterSpec(
                 "late_motion",
                 "–",
