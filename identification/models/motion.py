@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -60,16 +62,15 @@ class Motion:
         if self.period:
             x, v, a = (self._shift_periodic(s, tau) for s in (self.x, self.v, self.a))
         else:
-            x = _hermite(self.x, self.v, tau, self.dt)
-            v = _hermite(self.v, self.a, tau, self.dt)
-            a = _hermite(self.a, np.gradient(self.a, self.dt), tau, self.dt)
+            x, v, a = _hermite((self.x, self.v, self.a, np.gradient(self.a, self.dt)), tau, self.dt)
+        steady = np.ptp(self.temperature) == 0.0
         return replace(
             self,
             x=x,
             v=v,
             a=a,
             i=delayed(self.i, tau, self.dt, periodic=self.period),
-            temperature=np.interp(self.t - tau, self.t, self.temperature),
+            temperature=self.temperature if steady else np.interp(self.t - tau, self.t, self.temperature),
             t=self.t - tau,
         )
 
@@ -96,26 +97,26 @@ def held(values: Floats, first: float | None = None, *, largest: float = np.inf)
     return np.where(last < 0, first, values[np.maximum(last, 0)])
 
 
-def _hermite(y: Floats, dy: Floats, tau: float, dt: float) -> Floats:
-    """Cubic Hermite interpolation of y at t − tau, (N,).
+def _hermite(series: Sequence[Floats], tau: float, dt: float) -> list[Floats]:
+    """Cubic Hermite interpolation of all series but the last at t − tau, (N,); each is the slope of the one before.
 
     Every sample lies at the same place q between two others, so that their weights are the same for all.
     """
-    n = y.size
-    whole = int(np.clip(np.floor(tau / dt), -n - 1.0, n))
-    q = 1.0 - float(np.clip(tau / dt - whole, 0.0, 1.0))
+    n, late = series[0].size, tau / dt
+    whole = int(min(max(np.floor(late), -n - 1.0), n))
+    q = 1.0 - min(max(late - whole, 0.0), 1.0)
     first, last = min(max(whole + 1, 0), n), min(max(n + whole, 0), n)  # those between two samples
     left, right = slice(first - whole - 1, last - whole - 1), slice(first - whole, last - whole)
     q2, q3 = q * q, q * q * q
-    out = np.empty(n)
-    out[:first], out[last:] = y[0], y[-1]
-    out[first:last] = (
-        (2 * q3 - 3 * q2 + 1) * y[left]
-        + (3 * q2 - 2 * q3) * y[right]
-        + (dt * (q3 - 2 * q2 + q)) * dy[left]
-        + (dt * (q3 - q2)) * dy[right]
-    )
-    return out
+    weights = 2 * q3 - 3 * q2 + 1, 3 * q2 - 2 * q3, dt * (q3 - 2 * q2 + q), dt * (q3 - q2)
+    shifted = []
+    for y, dy in itertools.pairwise(series):
+        out = np.empty(n)
+        out[:first], out[last:] = y[0], y[-1]
+        parts = zip(weights, (y[left], y[right], dy[left], dy[right]), strict=True)
+        out[first:last] = sum(weight * part for weight, part in parts)
+        shifted.append(out)
+    return shifted
 
 
 def is_step(i: Floats) -> NDArray[np.bool_]:

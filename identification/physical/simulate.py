@@ -65,7 +65,8 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
     sensor = model.on("sensor")
     taus = [delay_of(e.spec, _values(e)) for e in sensor]
     ahead = sum(ahead_of_current(e.spec, _values(e)) for e in sensor)
-    past = _shifted(motion, sum(taus), ahead)
+    moved = {0.0: motion, sum(taus): motion.shifted(sum(taus))}
+    past = _current_ahead(moved[sum(taus)], motion, sum(taus) + ahead) if ahead else moved[sum(taus)]
     response = _steady_damper(model, past, wanted, substeps)
     force, grad = response.force, response.gradient
     offset = sum(len(e.parameters) for e in model.elements if e.spec.path != "sensor")
@@ -73,17 +74,22 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
     for index, e in enumerate(sensor):
         later = sum(taus[index + 1 :])
         lag, turn = low_pass_of(e.spec, _values(e))
-        force = low_passed(force, lag, turn, motion)
-        if grad is not None:
-            grad[:, :place] = low_passed(grad[:, :place], lag, turn, motion)
-        value, columns = sensor_force(e.spec, _values(e), motion.shifted(later), force)
+        own = _of_none(e) if wanted is None else wanted[offset : offset + len(e.parameters)]
+        if grad is None:
+            force = low_passed(force, lag, turn, motion)
+        else:
+            both = low_passed(np.column_stack([force, grad[:, :place]]), lag, turn, motion)
+            force, grad[:, :place] = both[:, 0].copy(), both[:, 1:]
+        if later not in moved:
+            moved[later] = motion.shifted(later)
+        value, columns = sensor_force(e.spec, _values(e), moved[later], force, own)
         force = force + value
-        if grad is not None and wanted is not None:
-            if ahead_of_current(e.spec, _values(e)) and wanted[offset]:
+        if grad is not None:
+            if ahead_of_current(e.spec, _values(e)) and own[0]:
                 columns[:, 0] += low_passed(_by_current(model, past, substeps), lag, turn, motion)
-            columns = columns[:, wanted[offset : offset + columns.shape[1]]]
-            grad[:, place : place + columns.shape[1]] = columns
-            place += columns.shape[1]
+            count = int(own.sum())
+            grad[:, place : place + count] = columns[:, own]
+            place += count
         offset += len(e.parameters)
     if not np.all(np.isfinite(force)):
         bad = int(np.argmin(np.isfinite(force)))
@@ -94,10 +100,9 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
     return Response(force, grad, response.failures)
 
 
-def _shifted(motion: Motion, tau: float, ahead: float) -> Motion:
-    """The inputs `tau` seconds ago, of which the current is `ahead` seconds less far ahead."""
-    past = motion.shifted(tau)
-    return replace(past, i=delayed(motion.i, tau + ahead, motion.dt, motion.period)) if ahead else past
+def _current_ahead(past: Motion, motion: Motion, tau: float) -> Motion:
+    """Inputs of the past, of which the current is that of `tau` seconds ago."""
+    return replace(past, i=delayed(motion.i, tau, motion.dt, motion.period))
 
 
 def _by_current(model: Model, past: Motion, substeps: int) -> Floats:
@@ -116,6 +121,10 @@ def _wanted(model: Model, gradient: bool | Mask) -> Mask | None:
     if isinstance(gradient, bool):
         return np.ones(model.free().size, dtype=np.bool_) if gradient else None
     return gradient
+
+
+def _of_none(e: Element) -> Mask:
+    return np.zeros(len(e.parameters), dtype=np.bool_)
 
 
 def _values(e: Element) -> list[float]:

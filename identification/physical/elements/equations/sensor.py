@@ -17,16 +17,20 @@ if TYPE_CHECKING:
     from identification.physical.model import Element
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 Added = tuple[Floats, Floats]  # force (N,) and its partials (N, K)
-Equation = Callable[[Sequence[float], Motion, Floats], Added]
+Equation = Callable[[Sequence[float], Motion, Floats, Mask], Added]
 
 ACTS: Final = ("force_offset", "parallel_stiffness")
 """Elements of the sensor path that may be forces of the damper; the others belong to the rig and its load cell."""
 
 
-def sensor_force(spec: ElementSpec, values: Sequence[float], motion: Motion, force: Floats) -> Added:
-    """What a sensor element adds to `force`, (N,), N, along a motion, and the gradient by its parameters, (N, K)."""
-    return _EQUATIONS[spec.name](values, motion, force)
+def sensor_force(spec: ElementSpec, values: Sequence[float], motion: Motion, force: Floats, wanted: Mask) -> Added:
+    """What a sensor element adds to `force`, (N,), N, along a motion, and the gradient by its parameters, (N, K).
+
+    Columns of parameters that are not `wanted`, (K,), may be zero.
+    """
+    return _EQUATIONS[spec.name](values, motion, force, wanted)
 
 
 def delay_of(spec: ElementSpec, values: Sequence[float]) -> float:
@@ -75,11 +79,23 @@ def low_passed(series: Floats, lag: float, turn: float, motion: Motion) -> Float
 @lru_cache(maxsize=8)  # of the force, of its gradient, and of the next run at that rate
 def _coefficients(lag: float, turn: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Those of the filter that `low_passed` is at samples, the latest first; `lag` and `turn` in samples."""
-    from scipy.signal import cont2discrete
+    from scipy.linalg import expm
 
-    whole = [turn**2, lag, 1.0] if turn > CHANCE.visible * lag else [lag, 1.0]
-    b, a, _ = cont2discrete((np.ones(1), np.array(whole)), 1.0, "foh")
-    return tuple(b[0].tolist()), tuple(a.tolist())
+    last = [-1.0 / turn**2, -lag / turn**2] if turn > CHANCE.visible * lag else [-1.0 / lag]
+    n = len(last)
+    whole = np.eye(
+        n + 2, k=1
+    )  # of the state, the input and its slope (Franklin, Powell and Workman 1998, section 6.3.2)
+    whole[n - 1, : n + 1] = *last, -last[0]
+    step = expm(whole)
+    free, held, sloping = step[:n, :n], step[:n, n], step[:n, n + 1]
+    a = [1.0, -free[0, 0]] if n == 1 else [1.0, -free[0, 0] - free[1, 1], float(np.exp(last[1]))]
+    state, pulse = sloping, [sloping[0]]  # what follows a triangle of one sample on either side
+    for k in range(n):
+        state = free @ state + (held - sloping if k == 0 else 0.0)
+        pulse.append(state[0])
+    b = np.convolve(a, pulse)[: n + 1]
+    return tuple(float(one) for one in b), tuple(float(one) for one in a)
 
 
 def acting(sensor: Sequence[Element]) -> tuple[float, float]:
@@ -88,36 +104,39 @@ def acting(sensor: Sequence[Element]) -> tuple[float, float]:
     return sums["force_offset"], sums["parallel_stiffness"]
 
 
-def _delay(values: Sequence[float], motion: Motion, force: Floats) -> Added:
+def _delay(values: Sequence[float], motion: Motion, force: Floats, wanted: Mask) -> Added:
     """The delay is already in the inputs and the low-pass in the force; a later force is its slope taken backwards.
 
     By lag and turn: what follows −dF/dt and −2·turn·d²F/dt².
     """
     _, lag, turn, _ = values
+    columns = np.zeros((force.size, len(values)))
     with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the sums of its gradient
-        rate = np.gradient(force, motion.dt)
-        bent = 2.0 * turn * np.gradient(rate, motion.dt)
-        by_shape = low_passed(np.stack([rate, bent], axis=1), lag, turn, motion)
-    return np.zeros(force.size), -np.column_stack([rate, by_shape, np.zeros(force.size)])
+        if np.any(wanted):
+            columns[:, 0] = -np.gradient(force, motion.dt)
+        if np.any(wanted[1:]):
+            bent = 2.0 * turn * np.gradient(columns[:, 0], motion.dt)
+            columns[:, 1:3] = low_passed(np.stack([columns[:, 0], bent], axis=1), lag, turn, motion)
+    return np.zeros(force.size), columns
 
 
-def _offset(values: Sequence[float], motion: Motion, force: Floats) -> Added:
+def _offset(values: Sequence[float], motion: Motion, force: Floats, wanted: Mask) -> Added:
     return np.full(force.size, values[0]), np.ones((force.size, 1))
 
 
-def _mass(values: Sequence[float], motion: Motion, force: Floats) -> Added:
+def _mass(values: Sequence[float], motion: Motion, force: Floats, wanted: Mask) -> Added:
     return values[0] * motion.a, motion.a[:, None]
 
 
-def _parallel_stiffness(values: Sequence[float], motion: Motion, force: Floats) -> Added:
+def _parallel_stiffness(values: Sequence[float], motion: Motion, force: Floats, wanted: Mask) -> Added:
     return values[0] * motion.x, motion.x[:, None]
 
 
-def _drift(values: Sequence[float], motion: Motion, force: Floats) -> Added:
+def _drift(values: Sequence[float], motion: Motion, force: Floats, wanted: Mask) -> Added:
     return values[0] * motion.t, motion.t[:, None]
 
 
-def _hum(values: Sequence[float], motion: Motion, force: Floats) -> Added:
+def _hum(values: Sequence[float], motion: Motion, force: Floats, wanted: Mask) -> Added:
     amplitude, frequency, phase = values
     angle = 2.0 * np.pi * frequency * motion.t + phase
     by_frequency = amplitude * 2.0 * np.pi * motion.t * np.cos(angle)
