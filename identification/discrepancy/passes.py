@@ -54,7 +54,7 @@ def search_in_passes(
     is_enough: Callable[[Model], bool] = lambda model: False,
     whole: Sequence[Record] | None = None,
 ) -> Passes:
-    """Names that `base` is missing on `records` (compact), and the evidence for them. No further pass is made from a
+    """Names that `base` is missing on `records` (compact), and the evidence for them. Nothing more is sought beside a
     model that `is_enough`.
 
     A doubtful name that is taken back leaves room for another, and a small effect hides in the error of form that a
@@ -67,7 +67,7 @@ def search_in_passes(
     whole = records if whole is None else whole
     before, without = _named_before(base, records)
     earlier = () if before is None else before.names
-    found, evidence, withheld = one_pass(given, base, earlier, (), records, held_out, report)
+    found, evidence, withheld = one_pass(given, base, earlier, (), records, held_out, report, is_enough)
     grown, within, refused = bool(found.names), None, _refused(found, withheld)
     if before is not None and grown and not _are_effects(found, evidence, before, without, whole, held_out):
         within = None if _are_curves(found) else found
@@ -171,10 +171,11 @@ def one_pass(
     records: Sequence[Record],
     held_out: Sequence[Record],
     report: Report,
+    is_enough: Callable[[Model], bool] = lambda model: False,
 ) -> Found:
     """One search beside `earlier` names of the base, without those `refused`: what stands of it, and the evidence for
     what does and for what does not."""
-    found = search(given, base, records, earlier=earlier, refused=refused, on_progress=report)
+    found = search(given, base, records, earlier=earlier, refused=refused, on_progress=report, is_enough=is_enough)
     stands, evidence, withheld = _standing(found, records, held_out)
     return stands, [e for e in evidence if e.name in stands.names], withheld
 

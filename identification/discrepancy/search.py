@@ -34,8 +34,10 @@ def search(
     earlier: Sequence[str] = (),
     refused: Collection[str] = (),
     on_progress: Callable[[str], None] | None = None,
+    is_enough: Callable[[Model], bool] = lambda model: False,
 ) -> Search:
-    """Name what `base` is missing on `records` (compact); from other starts too where a gap remains after the first.
+    """Name what `base` is missing on `records` (compact); from other starts too where a gap remains after the first,
+    unless the model found until then `is_enough`.
 
     `earlier` are ids of elements of the base that a search has named before, `refused` names of elements that it found
     beside these and that were not stated.
@@ -47,7 +49,10 @@ def search(
     searched = [last]
     beyond_form = gap_remains(last, records)
     starts = (other_starts if beyond_form else near_given)(last, given, base, records)
-    while is_seen(found.excess, records) and (another := next(starts, None)) is not None:
+    while is_seen(found.excess, records) and not is_enough(found.fit.model):
+        another = next(starts, None)
+        if another is None:
+            break
         text, start = another
         report(f"a gap remains: searching again {text}")
         searched.append(search_from(start, records, report, searched))

@@ -68,11 +68,15 @@ HYSTERESIS = (
     element("presliding_friction", {"sigma": 2e4, "f_c": 15.0}),
     element("bouc_wen", {"alpha": 2e4, "A": 1.0, "n": 1.5, "beta": 500.0, "gamma": 900.0}),
 )
-JOINT = element("free_play", {"gap": 2e-4}), element("aerated_oil", {"air": 2e-4, "f_half": 5.0})  # of 500 N
+JOINT = element("free_play", {"gap": 2e-4}), element("aerated_oil", {"air": 2e-4, "f_half": 40.0})  # of 500 N
+SOFT_JOINT = element("free_play", {"gap": 2e-4}), element("aerated_oil", {"air": 2e-4, "f_half": 20.0})
 
 
-@pytest.mark.parametrize(("behind", "chosen"), [(2.0, 1), (0.5, 0)])
-@pytest.mark.parametrize("pair", [HYSTERESIS, JOINT], ids=["hysteresis", "air that is gone soon"])
+@pytest.mark.parametrize(
+    ("pair", "behind", "chosen"),
+    [(HYSTERESIS, 2.0, 1), (HYSTERESIS, 0.5, 0), (JOINT, 2.0, 1), (JOINT, 0.5, 0), (SOFT_JOINT, 2.0, 0)],
+    ids=["hysteresis", "friction", "air that is gone soon", "joint", "joint that meets softly"],
+)
 def test_a_richer_element_is_named_where_its_limit_is_behind_by_more_than_the_tolerance(
     pair: tuple[Element, Element], behind: float, chosen: int
 ) -> None:
