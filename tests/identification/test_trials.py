@@ -69,7 +69,7 @@ HYSTERESIS = (
     element("bouc_wen", {"alpha": 2e4, "A": 1.0, "n": 1.5, "beta": 500.0, "gamma": 900.0}),
 )
 JOINT = element("free_play", {"gap": 2e-4}), element("aerated_oil", {"air": 2e-4, "f_half": 40.0})  # of 500 N
-SOFT_JOINT = element("free_play", {"gap": 2e-4}), element("aerated_oil", {"air": 2e-4, "f_half": 20.0})
+SOFT_JOINT = element("free_play", {"gap": 2e-4}), element("aerated_oil", {"air": 2e-4, "f_half": 5.0})
 
 
 @pytest.mark.parametrize(
