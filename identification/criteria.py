@@ -115,8 +115,8 @@ class Form:
 
     gone: float = 0.07
     """Share of the rms force that presses half of some free air away: with less it is a joint whose halves meet softly.
-    Of 18 kept machines with less, fitted with air, 17 have a play; of 23 with more 20 hold air. Half: plays are called
-    air; double: air that little pressure holds is called a play."""
+    Of 19 simulated machines with less, fitted with air, 18 have a play; of 22 with more 20 hold air. Half: plays are
+    called air; double: air that little pressure holds is called a play."""
 
     play: float = 0.1
     """Share of the deflection of a contact under the rms force: a smaller gap does not show beside the deflection. Half

@@ -77,7 +77,7 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
         own = _of_none(e) if wanted is None else wanted[offset : offset + len(e.parameters)]
         if grad is None:
             force = low_passed(force, lag, turn, motion)
-        else:
+        elif lag > 0.0 or turn > 0.0:
             both = low_passed(np.column_stack([force, grad[:, :place]]), lag, turn, motion)
             force, grad[:, :place] = both[:, 0].copy(), both[:, 1:]
         if later not in moved:

@@ -45,7 +45,7 @@ def _is_joint_or_spring(values: Values, around: Surroundings) -> bool:
     """Whether the air is hardly compressed by the forces measured, is gone before they are there, or stands beside a
     play: then it is how the halves of that joint meet."""
     beside_play = any(o.name == "free_play" for o in around.others)
-    return beside_play or not FORM.gone < values["f_half"] / around.force < FORM.disproportionate
+    return beside_play or not FORM.gone * around.force < values["f_half"] < FORM.disproportionate * around.force
 
 
 def _is_nearly_play(values: Values, around: Surroundings) -> bool:

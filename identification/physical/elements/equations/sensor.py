@@ -83,9 +83,8 @@ def _coefficients(lag: float, turn: float) -> tuple[tuple[float, ...], tuple[flo
 
     last = [-1.0 / turn**2, -lag / turn**2] if turn > CHANCE.visible * lag else [-1.0 / lag]
     n = len(last)
-    whole = np.eye(
-        n + 2, k=1
-    )  # of the state, the input and its slope (Franklin, Powell and Workman 1998, section 6.3.2)
+    # The rates of the state, of the input and of its slope (Franklin, Powell and Workman 1998, section 6.3.2).
+    whole = np.eye(n + 2, k=1)
     whole[n - 1, : n + 1] = *last, -last[0]
     step = expm(whole)
     free, held, sloping = step[:n, :n], step[:n, n], step[:n, n + 1]
