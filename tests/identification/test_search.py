@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
@@ -90,6 +91,27 @@ def test_a_base_that_has_bent_too_far_is_held_near_what_was_given() -> None:
     assert start.fit.model.elements[1].value("beta") <= 24.0
     near = search.start_state(BASE, fit_records(BASE, records), records)
     assert not list(search.other_starts(near, BASE, near.fit, records)), "a base that is near needs no holding"
+
+
+@pytest.mark.parametrize(("enough", "searches"), [(False, 2), (True, 1)])
+def test_from_other_starts_nothing_is_sought_beside_a_model_that_is_enough(
+    enough: bool, searches: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    records = records_with("linear_stiffness")
+    base = fit_records(BASE, records, max_iterations=1)
+    begun = list[Search]()
+
+    def found_nothing(start: Search, *_: object) -> Search:
+        begun.append(start)
+        return start
+
+    def one_more(last: Search, *_: object) -> Iterator[tuple[str, Search]]:
+        yield "from where it was", last
+
+    monkeypatch.setattr(search, "search_from", found_nothing)
+    monkeypatch.setattr(search, "other_starts", one_more)
+    found = search.search(BASE, base, records, is_enough=lambda model: enough)
+    assert (found.names, len(begun)) == ((), searches)
 
 
 def test_a_trial_that_sticks_says_nothing_against_a_name_that_fits() -> None:
