@@ -68,7 +68,7 @@ HYSTERESIS = (
     element("presliding_friction", {"sigma": 2e4, "f_c": 15.0}),
     element("bouc_wen", {"alpha": 2e4, "A": 1.0, "n": 1.5, "beta": 500.0, "gamma": 900.0}),
 )
-JOINT = element("free_play", {"gap": 2e-4}), element("aerated_oil", {"air": 2e-4, "f_half": 40.0})  # of 500 N
+JOINT = element("free_play", {"gap": 2e-4}), element("aerated_oil", {"air": 2e-4, "f_half": 19.0})  # of 223 N rms
 SOFT_JOINT = element("free_play", {"gap": 2e-4}), element("aerated_oil", {"air": 2e-4, "f_half": 5.0})
 
 
