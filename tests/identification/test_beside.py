@@ -1,4 +1,4 @@
-"""Frictions and stops between the ends of a damper, beside what is in series with its core."""
+"""Frictions, stops and springs between the ends of a damper, beside what is in series with its core."""
 
 from __future__ import annotations
 
@@ -30,7 +30,13 @@ FRICTIONS = {
     "presliding_friction": {"sigma": 1e6, "f_c": 80.0},
     "lugre_friction": {"sigma0": 1e6, "sigma1": 20.0, "f_c": 60.0, "f_s": 90.0, "w_s": 0.02},
 }
-BESIDE = {**FRICTIONS, "end_stop": {"k": 2e4, "z_max": 0.012}}
+SPRINGS = {
+    "end_stop": {"k": 2e4, "z_max": 0.012},
+    "linear_stiffness": {"k": 2e4},
+    "cubic_stiffness": {"k3": 2e7},
+    "gas_spring": {"f0": 300.0, "length": 0.05, "n": 1.3},
+}
+BESIDE = {**FRICTIONS, **SPRINGS}
 INPUTS = motion(2.0, 0.02)
 SIZES = (0.02, 0.012, 0.016, 0.01, 0.014)
 
@@ -135,7 +141,8 @@ def test_a_rod_seal_beside_oil_that_gives_way_is_a_friction_and_a_compliance(sea
     slides = next(e for name, e in named.items() if name in FRICTIONS)
     assert slides.value("beside_mount") == 1.0
     assert (
-        f"{slides.spec.title} acts between the ends, beside what gives way there, as a rod seal or a buffer does"
+        f"{slides.spec.title} acts between the ends, beside what gives way there, as a rod seal, "
+        "a buffer or the gas behind a rod does"
         in found.notes
     )
     assert slides.value("f_c") == pytest.approx(seal, rel=0.1)
@@ -152,4 +159,17 @@ def test_a_buffer_beside_an_air_column_that_gives_way_is_an_end_stop_and_a_compl
     named = {e.name: e for e in found.model.elements}
     assert {e.element for e in found.effects} == {"series_compliance", "end_stop"}
     assert named["end_stop"].value("beside_mount") == 1.0
+    assert named["series_compliance"].value("k") == pytest.approx(5e4, rel=0.1)
+
+
+def test_the_gas_behind_a_rod_presses_beside_the_oil_that_gives_way() -> None:
+    def gas(x: Floats) -> Floats:
+        return np.asarray(-150.0 * (1.0 + x / 0.045) ** -1.25)
+
+    runs = campaign("monotube", lambda x, v: behind_oil(v, 5e4) + gas(x), SIZES)
+    found = explain(ORIFICE, runs[:4], runs[4:])
+    named = {e.name: e for e in found.model.elements}
+    assert {e.element for e in found.effects} == {"series_compliance", "gas_spring"}
+    assert named["gas_spring"].value("beside_mount") == 1.0
+    assert named["gas_spring"].value("f0") == pytest.approx(150.0, rel=0.05)
     assert named["series_compliance"].value("k") == pytest.approx(5e4, rel=0.1)

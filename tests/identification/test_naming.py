@@ -373,6 +373,19 @@ def test_a_joint_that_gives_way_more_than_it_plays_is_a_compliance(gap: float, i
     assert not is_mistaken(replace(trial, fit=replace(fit, model=bushed)))
 
 
+@pytest.mark.parametrize(("half", "side", "is_spring"), [(2.0, 0.0, False), (8.0, 0.0, True), (8.0, 0.8, False)])
+def test_air_that_no_force_presses_far_on_either_side_is_a_spring(half: float, side: float, is_spring: bool) -> None:
+    """`half` of the air is gone at so many times the rms force, on the side of the smaller area at 1 − `side` of it."""
+    records = [compact(record_from_run(run("none", 0, 1)))]
+    fit = fit_records(BASE, records, max_iterations=1)
+    force = 100.0
+    air = BASE.with_element(element("aerated_oil", {"air": 1e-2, "f_half": half * force, "side": side}))
+    trial = Trial(id="aerated_oil", fit=replace(fit, model=air), excess=0.0, contribution=1.0,
+                  formed=1.0, parameters=2, means_left=0.0, screened=1.0, closed=1.0, measured=1.0,
+                  force=force, stroke=0.02, swing=0.0, speed=1.0, slow=0.1, current=0.0)  # fmt: skip
+    assert is_mistaken(trial) is is_spring
+
+
 @pytest.mark.parametrize(("n", "share", "is_spring"), [(1.0, 0.1, True), (1.0, 0.5, False), (2.5, 0.1, True)])
 def test_a_hysteresis_that_comes_back_the_way_it_went_is_a_spring(n: float, share: float, is_spring: bool) -> None:
     """`share` of its slope is lost at half the stroke."""

@@ -42,10 +42,11 @@ def _gives_way(values: Values, around: Surroundings) -> bool:
 
 
 def _is_joint_or_spring(values: Values, around: Surroundings) -> bool:
-    """Whether the air is hardly compressed by the forces measured, is gone before they are there, or stands beside a
-    play: then it is how the halves of that joint meet."""
+    """Whether the air is hardly compressed by the forces measured, on the side that yields more too, is gone before
+    they are there, or stands beside a play: then it is how the halves of that joint meet."""
     beside_play = any(o.name == "free_play" for o in around.others)
-    return beside_play or not FORM.gone * around.force < values["f_half"] < FORM.disproportionate * around.force
+    hardly = values["f_half"] * (1.0 - abs(values["side"])) >= FORM.disproportionate * around.force
+    return beside_play or hardly or values["f_half"] <= FORM.gone * around.force
 
 
 def _is_nearly_play(values: Values, around: Surroundings) -> bool:
