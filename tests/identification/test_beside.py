@@ -142,8 +142,7 @@ def test_a_rod_seal_beside_oil_that_gives_way_is_a_friction_and_a_compliance(sea
     assert slides.value("beside_mount") == 1.0
     assert (
         f"{slides.spec.title} acts between the ends, beside what gives way there, as a rod seal, "
-        "a buffer or the gas behind a rod does"
-        in found.notes
+        "a buffer or the gas behind a rod does" in found.notes
     )
     assert slides.value("f_c") == pytest.approx(seal, rel=0.1)
     assert named["series_compliance"].value("k") == pytest.approx(6e4, rel=0.1)
