@@ -40,7 +40,8 @@ def beside_mount(given: Model, final: Model) -> list[str]:
     moved = [e for e in within if e.id in given.ids and is_beside(given.element(e.id))]
     return [
         *(
-            f"{e.spec.title} acts between the ends, beside what gives way there, as a rod seal, a buffer or the gas behind a rod does"
+            f"{e.spec.title} acts between the ends, beside what gives way there, as a rod seal, a buffer or the gas "
+            "behind a rod does"
             for e in beside
         ),
         *(f"{e.spec.title} acts behind what gives way, and not beside it as it was given" for e in moved),

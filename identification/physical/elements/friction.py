@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 # Measured friction builds up over a velocity w_r; the canonical form jumps.
 _BUILD_UP = ParameterSpec("w_r", "m/s", default=0.0, refinement=True)
-# A rod seal, a buffer, the gas behind a rod and a coil spring act between the ends of a damper, also where its oil gives
-# way; what is behind a bush moves by less than these.
+# A rod seal, a buffer, the gas behind a rod and a coil spring act between the ends of a damper, also where its oil
+# gives way; what is behind a bush moves by less than these.
 BESIDE_MOUNT = ParameterSpec(
     "beside_mount", "–", high=1.0, constant=0.0, default=0.0, refinement=True, beside=True,
     switch="it acts between the ends, beside the mount",
