@@ -127,7 +127,9 @@ def _beside_form(state: Search, records: Sequence[Record]) -> Search:
         return state
     curves = [name for name, spec in CATALOGUE.items() if spec.bent or spec.dry_friction]
     rubs = any(e.spec.friction for e in _named(state))
-    improved = _add_best(state, records, excluded=curves + (_frictions() if rubs else []))
+    # What it does not close at first, others that are revised beside it may: half of what is asked.
+    helps = BUDGET.half_as_good * (1.0 - FORM.minor)
+    improved = _add_best(state, records, excluded=curves + (_frictions() if rubs else []), helps=helps)
     return state if improved is None or not _closes_nearly_all(improved, state, records) else improved
 
 
@@ -204,16 +206,22 @@ def _swap_in_better_fit(state: Search) -> Search | None:
 
 
 def _add_best(
-    state: Search, records: Sequence[Record], *, excluded: Collection[str] = (), revise: Revise | None = None
+    state: Search,
+    records: Sequence[Record],
+    *,
+    excluded: Collection[str] = (),
+    revise: Revise | None = None,
+    helps: float = FORM.helps,
 ) -> Search | None:
-    least = BUDGET.half_as_good * FORM.helps
+    """Add the best of all names; None where it, or the search with it, does not close the share `helps`."""
+    least = BUDGET.half_as_good * helps
     found = trials(state.fit, given_with_names(state), records, least=least, excluded=excluded)
     chosen = choose([t for t in found if t.name not in state.gone])
-    if chosen is None or state.excess - chosen.excess < FORM.helps * state.excess:
+    if chosen is None or state.excess - chosen.excess < helps * state.excess:
         return None
     improved = add_name(state, chosen, found, records, revise)
     more = len(improved.names) > len(state.names)  # where simpler names then took the place of others, still one more?
-    return None if more and state.excess - improved.excess < FORM.helps * state.excess else improved
+    return None if more and state.excess - improved.excess < helps * state.excess else improved
 
 
 def add_name(

@@ -113,8 +113,10 @@ def _hermite(series: Sequence[Floats], tau: float, dt: float) -> list[Floats]:
     for y, dy in itertools.pairwise(series):
         out = np.empty(n)
         out[:first], out[last:] = y[0], y[-1]
-        parts = zip(weights, (y[left], y[right], dy[left], dy[right]), strict=True)
-        out[first:last] = sum(weight * part for weight, part in parts)
+        between = out[first:last]
+        np.multiply(y[left], weights[0], out=between)
+        for weight, part in zip(weights[1:], (y[right], dy[left], dy[right]), strict=True):
+            between += weight * part
         shifted.append(out)
     return shifted
 

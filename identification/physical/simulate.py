@@ -21,6 +21,7 @@ from identification.physical.elements.equations.sensor import (
     low_passed,
     sensor_force,
 )
+from identification.physical.elements.equations.series import add_columns
 from identification.physical.elements.mount import RIGID_DAMPING, RIGID_STIFFNESS
 from identification.physical.elements.stability import may_grow, unbounded
 from identification.physical.model import Element, Model
@@ -75,11 +76,9 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
         later = sum(taus[index + 1 :])
         lag, turn = low_pass_of(e.spec, _values(e))
         own = _of_none(e) if wanted is None else wanted[offset : offset + len(e.parameters)]
-        if grad is None:
-            force = low_passed(force, lag, turn, motion)
-        elif lag > 0.0 or turn > 0.0:
-            both = low_passed(np.column_stack([force, grad[:, :place]]), lag, turn, motion)
-            force, grad[:, :place] = both[:, 0].copy(), both[:, 1:]
+        force = low_passed(force, lag, turn, motion)
+        if grad is not None and (lag > 0.0 or turn > 0.0):
+            grad[:, :place] = low_passed(grad[:, :place], lag, turn, motion)
         if later not in moved:
             moved[later] = motion.shifted(later)
         value, columns = sensor_force(e.spec, _values(e), moved[later], force, own)
@@ -212,7 +211,7 @@ def _damper(model: Model, motion: Motion, wanted: Mask | None, substeps: int) ->
         own = _one_part(part, motion, None if wanted is None else wanted[owned], substeps)
         force, failures = force + own.force, failures + own.failures
         if gradient is not None and wanted is not None and own.gradient is not None:
-            gradient[:, owned[wanted]] += own.gradient
+            add_columns(gradient, np.flatnonzero(owned[wanted]), own.gradient)
     return Response(force, gradient, failures)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from identification.criteria import CHANCE
 from identification.models.motion import Motion
+from identification.physical.elements.equations.series import follow, slope
 from identification.physical.elements.spec import ElementSpec
 
 if TYPE_CHECKING:
@@ -56,29 +57,27 @@ def low_passed(series: Floats, lag: float, turn: float, motion: Motion) -> Float
     """
     if max(lag, turn) <= CHANCE.rounding * motion.dt or series.shape[0] < 2:
         return series
-    from scipy.signal import lfilter  # 0.3 s to import: only where it is needed
-
     b, a = _coefficients(lag / motion.dt, turn / motion.dt)
+    rows = series.reshape(series.shape[0], -1)
     with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the force it ends in
-        if motion.period and series.shape[0] >= motion.period:
-            one = series[: motion.period]
+        if motion.period and rows.shape[0] >= motion.period:
+            one = rows[: motion.period]
             z = np.exp(-2j * np.pi * np.arange(motion.period // 2 + 1) / motion.period)
             gain = np.polynomial.polynomial.polyval(z, b) / np.polynomial.polynomial.polyval(z, a)
-            spectrum = np.fft.rfft(one, axis=0)
-            repeated = np.fft.irfft((gain * spectrum.T).T, motion.period, axis=0)
-            u, y = one[:-3:-1], repeated[:-3:-1]
+            repeated = np.fft.irfft((gain * np.fft.rfft(one, axis=0).T).T, motion.period, axis=0)
+            before, behind = one[:-3:-1], repeated[:-3:-1]
         else:
-            slope = series[1] - series[0]
-            u = np.stack([series[0] - slope, series[0] - 2.0 * slope])
-            y = u - lag / motion.dt * slope
-        # The state of `lfilter`, a transposed direct form, of the last samples of u and y, the latest first.
-        state = [sum(b[k] * u[k - n] - a[k] * y[k - n] for k in range(n, len(a))) for n in range(1, len(a))]
-        return np.asarray(lfilter(b, a, series, axis=0, zi=np.stack(state))[0])
+            ramp = rows[1] - rows[0]
+            before = rows[0] - np.outer((1.0, 2.0), ramp)
+            behind = before - lag / motion.dt * ramp
+    out = np.empty_like(rows)
+    follow(b, a, before, behind, rows, out)
+    return out.reshape(series.shape)
 
 
 @lru_cache(maxsize=8)  # of the force, of its gradient, and of the next run at that rate
-def _coefficients(lag: float, turn: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Those of the filter that `low_passed` is at samples, the latest first; `lag` and `turn` in samples."""
+def _coefficients(lag: float, turn: float) -> tuple[Floats, Floats]:
+    """Those of the filter that `low_passed` is at samples, (3,) each, the latest first; `lag` and `turn` in samples."""
     from scipy.linalg import expm
 
     last = [-1.0 / turn**2, -lag / turn**2] if turn > CHANCE.visible * lag else [-1.0 / lag]
@@ -94,7 +93,7 @@ def _coefficients(lag: float, turn: float) -> tuple[tuple[float, ...], tuple[flo
         state = free @ state + (held - sloping if k == 0 else 0.0)
         pulse.append(state[0])
     b = np.convolve(a, pulse)[: n + 1]
-    return tuple(float(one) for one in b), tuple(float(one) for one in a)
+    return np.pad(b, (0, 2 - n)), np.pad(np.array(a), (0, 2 - n))
 
 
 def acting(sensor: Sequence[Element]) -> tuple[float, float]:
@@ -112,11 +111,18 @@ def _delay(values: Sequence[float], motion: Motion, force: Floats, wanted: Mask)
     columns = np.zeros((force.size, len(values)))
     with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the sums of its gradient
         if np.any(wanted):
-            columns[:, 0] = -np.gradient(force, motion.dt)
+            columns[:, 0] = -_slope(force, motion)
         if np.any(wanted[1:]):
-            bent = 2.0 * turn * np.gradient(columns[:, 0], motion.dt)
-            columns[:, 1:3] = low_passed(np.stack([columns[:, 0], bent], axis=1), lag, turn, motion)
+            columns[:, 1] = columns[:, 0]
+            columns[:, 2] = 2.0 * turn * _slope(columns[:, 0], motion)
+            columns[:, 1:3] = low_passed(columns[:, 1:3], lag, turn, motion)
     return np.zeros(force.size), columns
+
+
+def _slope(series: Floats, motion: Motion) -> Floats:
+    out = np.empty_like(series)
+    slope(series, motion.dt, out)
+    return out
 
 
 def _offset(values: Sequence[float], motion: Motion, force: Floats, wanted: Mask) -> Added:
