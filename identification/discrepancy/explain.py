@@ -6,13 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-from identification.criteria import BUDGET, CHANCE, FORM
+from identification.criteria import BUDGET, FORM
 from identification.datachecks import findings_in
-from identification.discrepancy.candidates import at_limit, remove_limits
 from identification.discrepancy.distortion import distortion_of
-from identification.discrepancy.evidence import excess_on
 from identification.discrepancy.excess import excess_of, is_seen
 from identification.discrepancy.explanation import Explanation, NextTest, Traces
+from identification.discrepancy.final import fit_final, without_harm
 from identification.discrepancy.hum import Hum, find_hum, hum_in
 from identification.discrepancy.naming import Compared
 from identification.discrepancy.nexttest import propose
@@ -25,6 +24,7 @@ from identification.discrepancy.notes import (
     far_as_given,
     finer,
     of_runs,
+    of_search,
     refit_harms,
     switched_on,
     tared_apart,
@@ -38,9 +38,7 @@ from identification.discrepancy.verdict import (
     SearchResult,
     judge,
     test_is_worthwhile,
-    without_least_confident,
 )
-from identification.fitting.discretisation import with_solver_error
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.motion_noise import with_motion_noise
 from identification.physical.elements import CATALOGUE, TONE
@@ -172,7 +170,7 @@ def _is_seen(base: Fit, records: Sequence[Record]) -> bool:
 
 def _hum_is_gone(result: SearchResult) -> bool:
     """Whether the model with all names leaves no tone, before or after it is fitted to the whole records beside one."""
-    without = result.found.fit.model, _fit_final(result).without(TONE.name)
+    without = result.found.fit.model, fit_final(result).without(TONE.name)
     return any(_find_hum(model, result.train) is None for model in without)
 
 
@@ -211,7 +209,7 @@ def _conclude(
 ) -> Explanation:
     """The explanation: everything fitted again to the whole records, judged, with the next test and the notes."""
     base = fit_records(result.base.model, result.train, max_iterations=BUDGET.fit_iterations)
-    result, final = _without_harm(result, _fit_final(result), base.model)
+    result, final = without_harm(result, fit_final(result), base.model)
     traces = [
         _traces(r, given, base.model, final, held_out=held_out)
         for records, held_out in ((result.train, False), (result.held, True))
@@ -243,45 +241,10 @@ def _conclude(
     )
 
 
-def _fit_final(result: SearchResult) -> Model:
-    """The model with all names, fitted to the whole records.
-
-    Limits that only the search needed go where a value lies on one and the fit without them is better, with no value on
-    a bound of its own: else it would have lost the element.
-    """
-    base, found, hum = result.base.model, result.found, result.hum
-    if not found.names and hum is None and found.fit.model == base:
-        return base
-    grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
-    added = [e.id in found.names or e.id not in base.ids for e in grown.elements]
-    final = fit_records(grown, result.train, max_iterations=BUDGET.fit_iterations)
-    new = [e for e, is_new in zip(final.model.elements, added, strict=True) if is_new]
-    if any(at_limit(e) for e in new):
-        elements = tuple(remove_limits(e) if e in new else e for e in final.model.elements)
-        free = fit_records(replace(final.model, elements=elements), result.train, max_iterations=BUDGET.fit_iterations)
-        lost = any(at_limit(free.model.element(e.id)) for e in new)
-        final = final if lost or free.chi2 > final.chi2 - CHANCE.slack else free
-    model = with_solver_error(final, result.train).model
-    return replace(
-        model, elements=tuple(remove_limits(e) if n else e for e, n in zip(model.elements, added, strict=True))
-    )
-
-
 def _marked(final: Model, names: Sequence[str]) -> Model:
     """The model that says of which elements a search has named them: the next one, with it as the base, allows these
     the tolerance of form that this one did."""
     return replace(final, elements=tuple(replace(e, named=e.named or e.id in names) for e in final.elements))
-
-
-def _without_harm(result: SearchResult, final: Model, base: Model) -> tuple[SearchResult, Model]:
-    """The result and its model, less the least likely names as long as held-out runs are worse than with the base; the
-    base itself where no name is left and its own curves were bent in vain."""
-    limit = excess_on(result.held, base) + CHANCE.slack
-    while result.found.names and excess_on(result.held, final) > limit:
-        result = without_least_confident(result)
-        final = _fit_final(result) if result.names else base
-    in_vain = not result.names and excess_on(result.held, final) > limit
-    return result, base if in_vain else final
 
 
 def _named_for_reader(compared: Compared) -> Compared:
@@ -309,6 +272,7 @@ def _notes(
         *beside_mount(given, final),
         *switched_on(final),
         *unnamed(result.base.model, final, result.names),
+        *of_search(result.as_searched),
         *capped(result.evidence),
         *tared_apart(traces),
         *coarse(final, result.quiet),

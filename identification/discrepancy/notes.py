@@ -120,6 +120,14 @@ def far_as_given(traces: Sequence[Traces]) -> list[str]:
     ]
 
 
+def of_search(as_searched: bool) -> list[str]:
+    """Where the values of the named effects are not those that fit the whole runs."""
+    return [
+        "fitted further, to the whole runs, the named effects miss the held-out runs by more than the refitted base: "
+        "their values are as the search found them"
+    ] * as_searched
+
+
 def refit_harms(traces: Sequence[Traces]) -> list[str]:
     """A warning where the base is clearly worse on held-out runs once it has been fitted to the others."""
     held = [t for t in traces if t.held_out]

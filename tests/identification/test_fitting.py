@@ -21,6 +21,7 @@ from identification.physical.modelfile import model_from_json
 from identification.physical.simulate import simulate
 from identification.record import Record, is_off, is_steady, record_from_run
 from rigctl.runfile import Run, with_channel
+from tests.identification.gradients import freed
 from tests.identification.specimens import between_samples, run
 
 SIGMA = 2.0
@@ -203,8 +204,9 @@ def sine_run(index: int = 2) -> Run:
 def test_twelve_free_parameters_on_one_sine_are_refused_by_name() -> None:
     model = literature("modified hyperbolic tangent")
     free = Model(name="thirteen", elements=tuple(
-        replace(e, parameters=tuple(replace(p, fixed=e.name == "modulated_tanh_hysteresis" and k == 1)
-                                    for k, p in enumerate(e.parameters))) for e in model.elements
+        freed(e) if e.name != "modulated_tanh_hysteresis" else
+        replace(e, parameters=tuple(replace(p, fixed=k == 1) for k, p in enumerate(e.parameters)))
+        for e in model.elements
     ))  # fmt: skip
     with pytest.raises(DataError, match=r"12 free parameters .*modulated_tanh_hysteresis\.alpha1.* on 1 sine"):
         fit(free, [sine_run()])

@@ -11,10 +11,11 @@ from identification.criteria import FORM
 from identification.discrepancy import verdict
 from identification.discrepancy.evidence import gather, main_doubt
 from identification.discrepancy.explanation import Traces
+from identification.discrepancy.final import without_harm
 from identification.discrepancy.holdout import hold_out
 from identification.discrepancy.needless import merge_names
 from identification.discrepancy.nexttest import propose
-from identification.discrepancy.notes import beyond, capped, elsewhere, far_as_given, refit_harms
+from identification.discrepancy.notes import beyond, capped, elsewhere, far_as_given, of_search, refit_harms
 from identification.discrepancy.verdict import SearchResult, _nearest, drop_doubtful
 from identification.discrepancy.where import locate
 from identification.errors import SimulationError
@@ -194,6 +195,20 @@ def result_of(*names: str) -> SearchResult:
         base=found.fit, found=found, evidence=evidence, withheld=withheld, hum=None, train=records, held=[],
         quiet=records,
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("ran_away", [False, True])
+def test_a_model_that_runs_away_when_it_is_fitted_further_is_left_as_the_search_found_it(ran_away: bool) -> None:
+    result = result_of("linear_stiffness")
+    searched, base = result.found.fit.model, result.found.fit.model.without("linear_stiffness")
+    spring = searched.element("linear_stiffness")
+    stiff = [replace(p, value=30.0 * p.value) if not p.fixed else p for p in spring.parameters]
+    further = searched.replacing("linear_stiffness", replace(spring, parameters=tuple(stiff))) if ran_away else searched
+    now, final = without_harm(replace(result, held=result.train), further, base)
+    assert now.as_searched is ran_away
+    assert now.names == ("linear_stiffness",)
+    assert final.element("linear_stiffness").value("k") == spring.value("k")
+    assert bool(of_search(now.as_searched)) is ran_away
 
 
 def test_where_every_stated_name_is_sure_the_next_test_is_about_the_nearest_that_is_not() -> None:
