@@ -65,7 +65,8 @@ def low_passed(series: Floats, lag: float, turn: float, motion: Motion) -> Float
             z = np.exp(-2j * np.pi * np.arange(motion.period // 2 + 1) / motion.period)
             gain = np.polynomial.polynomial.polyval(z, b) / np.polynomial.polynomial.polyval(z, a)
             repeated = np.fft.irfft((gain * np.fft.rfft(one, axis=0).T).T, motion.period, axis=0)
-            before, behind = one[:-3:-1], repeated[:-3:-1]
+            last = np.array([-1, -2]) % motion.period
+            before, behind = one[last], repeated[last]
         else:
             ramp = rows[1] - rows[0]
             before = rows[0] - np.outer((1.0, 2.0), ramp)
@@ -120,8 +121,9 @@ def _delay(values: Sequence[float], motion: Motion, force: Floats, wanted: Mask)
 
 
 def _slope(series: Floats, motion: Motion) -> Floats:
-    out = np.empty_like(series)
-    slope(series, motion.dt, out)
+    out = np.zeros(series.size)
+    if series.size > 1:
+        slope(series, motion.dt, out)
     return out
 
 
