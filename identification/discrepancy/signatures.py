@@ -14,7 +14,7 @@ from identification.criteria import CHANCE
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import at_bound, evaluate, free_parameters
 from identification.physical.model import Element, Model
-from identification.physical.predict import predict
+from identification.physical.predict import prediction_of
 from identification.record import Record
 
 Floats = NDArray[np.float64]
@@ -77,10 +77,10 @@ def signature(model: Model, trial: Element, records: Sequence[Record], at: Tange
     """Share of the residual that the trial, in its best strength and nearby shape, would explain."""
     extended = model.with_element(trial)
     own = free_parameters(extended, records) & np.array([e.id not in model.ids for e, _ in extended.slots()])
-    columns = []
+    columns, prediction = [], prediction_of(extended, gradient=own)
     try:
         for record, base, weight in zip(records, at.base, at.weights, strict=True):
-            force, gradient = predict(extended, record, gradient=own)
+            force, gradient = prediction.on(record)
             assert gradient is not None
             with np.errstate(over="ignore", invalid="ignore"):
                 columns.append(weight * np.column_stack([force - base, gradient]))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from identification.compute import run_here
 from identification.errors import SimulationError
 from identification.physical.model import Model
-from identification.physical.predict import RUNAWAY, predict
+from identification.physical.predict import RUNAWAY, Prediction, prediction_of
 from identification.record import Record
 
 Floats = NDArray[np.float64]
@@ -65,16 +65,16 @@ def evaluate(model: Model, records: Sequence[Record], free: Mask) -> Evaluation:
     SimulationError
         when the model gives no finite force on one of the records.
     """
-    pairs = run_here(partial(_residual, model, free), records)
+    pairs = run_here(partial(_residual, prediction_of(model, gradient=free)), records)
     return Evaluation(tuple(r for r, _ in pairs), tuple(g for _, g in pairs))
 
 
-def _residual(model: Model, free: Mask, record: Record) -> tuple[Floats, Floats]:
+def _residual(prediction: Prediction, record: Record) -> tuple[Floats, Floats]:
     """Residual (M,), N, and gradient of the force (M, K) on one record."""
-    force, gradient = predict(model, record, gradient=free)
+    force, gradient = prediction.on(record)
     assert gradient is not None
     if not np.max(np.abs(gradient), initial=0.0) < RUNAWAY:
-        raise SimulationError(f"'{model.name}' runs away on {record.name}: its gradient overflows")
+        raise SimulationError(f"'{prediction.model.name}' runs away on {record.name}: its gradient overflows")
     return record.measured - force, gradient
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,10 +57,8 @@ class Motion:
         """The inputs as they were `tau` seconds ago, or will be in −`tau`; beyond the samples the nearest is held."""
         if tau == 0.0:
             return self
-        if self.period:
-            x, v, a = (self._shift_periodic(s, tau) for s in (self.x, self.v, self.a))
-        else:
-            x, v, a = _hermite((self.x, self.v, self.a, np.gradient(self.a, self.dt)), tau, self.dt)
+        shift = self._shift_periodic if self.period else self._interpolate
+        x, v, a = shift(np.array([self.x, self.v, self.a]), tau)
         steady = np.ptp(self.temperature) == 0.0
         return replace(
             self,
@@ -74,13 +70,35 @@ class Motion:
             t=self.t - tau,
         )
 
-    def _shift_periodic(self, s: Floats, tau: float) -> Floats:
-        one = np.fft.rfft(s[: self.period])
-        turn = np.exp(-2j * np.pi * np.arange(one.size) * tau / (self.period * self.dt))
+    def _shift_periodic(self, series: Floats, tau: float) -> Floats:
+        """Series that repeat, (K, N), `tau` seconds ago, by their lines."""
+        lines = np.fft.rfft(series[:, : self.period])
+        turn = np.exp(-2j * np.pi * np.arange(lines.shape[1]) * tau / (self.period * self.dt))
         if self.period % 2 == 0:
             turn[-1] = turn[-1].real
-        back = np.fft.irfft(one * turn, self.period)
-        return np.resize(back, s.size)
+        back = np.fft.irfft(lines * turn, self.period)
+        return np.asarray(np.take(back, np.arange(series.shape[1]) % self.period, axis=1))
+
+    def _interpolate(self, series: Floats, tau: float) -> Floats:
+        """Series of which each is the slope of the one before, (K, N), `tau` seconds ago, by cubic Hermite polynomials.
+
+        Every sample lies at the same place q between two others, so that their weights are the same for all.
+        """
+        n, late, dt = series.shape[1], tau / self.dt, self.dt
+        slopes = np.concatenate([series[1:], np.gradient(series[-1], dt)[None]]) if n > 1 else np.zeros_like(series)
+        whole = int(min(max(np.floor(late), -n - 1.0), n))
+        q = 1.0 - min(max(late - whole, 0.0), 1.0)
+        first, last = min(max(whole + 1, 0), n), min(max(n + whole, 0), n)  # those between two samples
+        left, right = slice(first - whole - 1, last - whole - 1), slice(first - whole, last - whole)
+        q2, q3 = q * q, q * q * q
+        shifted = np.empty_like(series)
+        shifted[:, :first], shifted[:, last:] = series[:, :1], series[:, -1:]
+        between = shifted[:, first:last]
+        np.multiply(series[:, left], 2 * q3 - 3 * q2 + 1, out=between)
+        between += (3 * q2 - 2 * q3) * series[:, right]
+        between += dt * (q3 - 2 * q2 + q) * slopes[:, left]
+        between += dt * (q3 - q2) * slopes[:, right]
+        return shifted
 
 
 def held(values: Floats, first: float | None = None, *, largest: float = np.inf) -> Floats:
@@ -95,30 +113,6 @@ def held(values: Floats, first: float | None = None, *, largest: float = np.inf)
         first = float(values[np.argmax(good)]) if good.any() else 0.0
     last = np.maximum.accumulate(np.where(good, np.arange(values.size), -1))
     return np.where(last < 0, first, values[np.maximum(last, 0)])
-
-
-def _hermite(series: Sequence[Floats], tau: float, dt: float) -> list[Floats]:
-    """Cubic Hermite interpolation of all series but the last at t − tau, (N,); each is the slope of the one before.
-
-    Every sample lies at the same place q between two others, so that their weights are the same for all.
-    """
-    n, late = series[0].size, tau / dt
-    whole = int(min(max(np.floor(late), -n - 1.0), n))
-    q = 1.0 - min(max(late - whole, 0.0), 1.0)
-    first, last = min(max(whole + 1, 0), n), min(max(n + whole, 0), n)  # those between two samples
-    left, right = slice(first - whole - 1, last - whole - 1), slice(first - whole, last - whole)
-    q2, q3 = q * q, q * q * q
-    weights = 2 * q3 - 3 * q2 + 1, 3 * q2 - 2 * q3, dt * (q3 - 2 * q2 + q), dt * (q3 - q2)
-    shifted = []
-    for y, dy in itertools.pairwise(series):
-        out = np.empty(n)
-        out[:first], out[last:] = y[0], y[-1]
-        between = out[first:last]
-        np.multiply(y[left], weights[0], out=between)
-        for weight, part in zip(weights[1:], (y[right], dy[left], dy[right]), strict=True):
-            between += weight * part
-        shifted.append(out)
-    return shifted
 
 
 def is_step(i: Floats) -> NDArray[np.bool_]:

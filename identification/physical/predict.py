@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from identification.models.simulation import LARGEST_FORCE
 from identification.physical.elements import TONE
 from identification.physical.elements.equations.control import effective_current
 from identification.physical.model import Element, Model, Parameter
-from identification.physical.simulate import simulate, without_hum
+from identification.physical.simulate import Simulation, simulate, simulation_of, without_hum
 from identification.record import Record
 from identification.tone import frequency_in
 
@@ -37,21 +37,49 @@ def predict(model: Model, record: Record, *, gradient: bool | Mask = False) -> t
     SimulationError
         as `simulate` does, and where the force is larger than any machine's: a search would take a fit to it for one.
     """
-    if model.has(TONE.name):
-        model = in_phase(model, record)
-    motion = record.motion
-    if any(e.spec.remanent for e in model.elements) and record.has_current:
-        motion = _as_left(model, record)
-    response = simulate(model, motion, gradient=gradient)
-    full, whole = response.gradient, response.force
-    if (largest := float(np.max(np.abs(whole)))) > LARGEST_FORCE:
-        raise SimulationError(f"'{model.name}' runs away on {record.name}: to {largest:.3g} N, which no machine has")
-    with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the sums of its gradient
-        force = record.seen(whole)
-        full = None if full is None else record.seen(full)
-    if record.simulated is not None:
-        force = force + record.simulated[record.window]
-    return force, full
+    return prediction_of(model, gradient=gradient).on(record)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prediction:
+    """A model with its values, ready for any record; see `prediction_of`."""
+
+    model: Model
+    gradient: bool | Mask
+    simulation: Simulation | None  # None where it differs from record to record
+    remanent: bool
+
+    def on(self, record: Record) -> tuple[Floats, Floats | None]:
+        """Force and gradient in the window of a record; see `predict`."""
+        model, simulation, motion = self.model, self.simulation, record.motion
+        if simulation is None:
+            model = in_phase(model, record)
+            simulation = simulation_of(model, gradient=self.gradient)
+        if self.remanent and record.has_current:
+            motion = _as_left(model, record)
+        response = simulation.along(motion)
+        full, whole = response.gradient, response.force
+        if (largest := float(np.max(np.abs(whole)))) > LARGEST_FORCE:
+            raise SimulationError(
+                f"'{model.name}' runs away on {record.name}: to {largest:.3g} N, which no machine has"
+            )
+        with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the sums of its gradient
+            force = record.seen(whole)
+            full = None if full is None else record.seen(full)
+        if record.simulated is not None:
+            force = force + record.simulated[record.window]
+        return force, full
+
+
+def prediction_of(model: Model, *, gradient: bool | Mask = False) -> Prediction:
+    """The prediction of a model on any record, what all records share being done once; `gradient` as of `simulate`."""
+    hums = model.has(TONE.name)
+    return Prediction(
+        model=model,
+        gradient=gradient,
+        simulation=None if hums else simulation_of(model, gradient=gradient),
+        remanent=any(e.spec.remanent for e in model.elements),
+    )
 
 
 def _as_left(model: Model, record: Record) -> Motion:

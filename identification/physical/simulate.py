@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +11,7 @@ from numpy.typing import NDArray
 from identification.errors import SimulationError
 from identification.models.motion import Motion, delayed
 from identification.physical.beside import parts
-from identification.physical.collocation import nodes_of
-from identification.physical.elements.equations.control import effective_current
+from identification.physical.damper import Damper, Response, damper_of
 from identification.physical.elements.equations.sensor import (
     ahead_of_current,
     delay_of,
@@ -22,32 +20,16 @@ from identification.physical.elements.equations.sensor import (
     sensor_force,
 )
 from identification.physical.elements.equations.series import add_columns
-from identification.physical.elements.mount import RIGID_DAMPING, RIGID_STIFFNESS
 from identification.physical.elements.stability import may_grow, unbounded
 from identification.physical.model import Element, Model
-from identification.physical.mounted import mounted
-from identification.physical.program import POSITION_AND_CURRENT, Drive, Mount, core_of, space_of
-from identification.physical.rigid import rigid
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-Number = TypeVar("Number", float, int)
 
 _SAME_TEMPERATURE_K = 0.05  # a body this steady is at one temperature: fade is some 0.5 % per kelvin
 _SETTLED = 1e-4  # of the force: a period that ends as near to the one before has forgotten the start
 _AHEAD = (0.25, 1.0, 2.0, 4.0)  # periods before one that repeats; what holds on longer is a matter of how it began
-_REVERSAL_SUBSTEPS = 4
-_SOFT = {"soft": "air", "f_soft": "f_half"}  # how the halves of a joint meet, and as what that acts in a mount
-_PLAY_SUBSTEPS = 16  # a rigid contact rings at some kHz; all of its error sits in the samples of an impact
-
-
-@dataclass(frozen=True, slots=True)
-class Response:
-    """What a model answers: force (N,), N, and, where asked, its gradient (N, P) by every parameter."""
-
-    force: Floats
-    gradient: Floats | None
-    failures: int = 0  # steps whose equation did not converge
 
 
 def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, substeps: int = 1) -> Response:
@@ -61,42 +43,174 @@ def simulate(model: Model, motion: Motion, *, gradient: bool | Mask = False, sub
     SimulationError
         when the force is not finite, with the first bad sample; when a hysteresis has no bound within the stroke.
     """
-    _check_bounded(model, motion)
+    return simulation_of(model, gradient=gradient).along(motion, substeps)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Sensor:
+    """An element of the sensor path with its values."""
+
+    own: Element
+    values: Sequence[float]
+    wanted: Mask  # (K,) of its parameters, those by which partials are wanted
+    later: float  # s, by which the elements after it make the force late
+
+    @property
+    def low_pass(self) -> tuple[float, float]:
+        return low_pass_of(self.own.spec, self.values)
+
+    @property
+    def turns_current(self) -> bool:
+        """Whether a partial by its delay is wanted while the current is not taken from ahead."""
+        return bool(ahead_of_current(self.own.spec, self.values)) and bool(self.wanted[0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulation:
+    """A model with its values, ready for any motion: what needs no motion is done once; see `simulation_of`."""
+
+    model: Model
+    dampers: tuple[tuple[Damper, Integers], ...]  # what acts beside each other, and the columns of each
+    rigidly: tuple[tuple[Damper, Integers], ...]  # the same bolted to the rig, where a memory is behind a mount
+    sensor: tuple[_Sensor, ...]
+    late: float  # s, by which the whole sensor path makes the force late
+    ahead: float  # s, by which the current is not taken from ahead
+    columns: int | None  # of the gradient; None where none is wanted
+    remembers: bool  # the force depends on more than the present motion and current
+    warms: bool
+    growing: tuple[Element, ...]  # those that may grow without end
+
+    def along(self, motion: Motion, substeps: int = 1) -> Response:
+        """Response to a motion; see `simulate`."""
+        self._check_bounded(motion)
+        moved = {0.0: motion, self.late: motion.shifted(self.late)}
+        past = moved[self.late]
+        if self.ahead:
+            past = _current_ahead(past, motion, self.late + self.ahead)
+        response = self._steady_damper(past, substeps)
+        force, grad = response.force, response.gradient
+        place = (self.columns or 0) - sum(int(s.wanted.sum()) for s in self.sensor)
+        for s in self.sensor:
+            lag, turn = s.low_pass
+            if lag > 0.0 or turn > 0.0:
+                force = low_passed(force, lag, turn, motion)
+                if grad is not None:
+                    grad[:, :place] = low_passed(grad[:, :place], lag, turn, motion)
+            if s.later not in moved:
+                moved[s.later] = motion.shifted(s.later)
+            value, columns = sensor_force(s.own.spec, s.values, moved[s.later], force, s.wanted)
+            force = force + value
+            if grad is not None:
+                if s.turns_current:
+                    columns[:, 0] += low_passed(_by_current(self.model, past, substeps), lag, turn, motion)
+                for column in np.flatnonzero(s.wanted):
+                    grad[:, place] = columns[:, column]
+                    place += 1
+        if not np.all(np.isfinite(force)):
+            bad = int(np.argmin(np.isfinite(force)))
+            raise SimulationError(
+                f"'{self.model.name}' gives {force[bad]} at sample {bad} (x = {motion.x[bad]:.4g} m, "
+                f"v = {motion.v[bad]:.4g} m/s): check its parameters against the range of the run"
+            )
+        return Response(force, grad, response.failures)
+
+    def _check_bounded(self, motion: Motion) -> None:
+        """Raise SimulationError where a hysteresis grows without end within the stroke of the motion."""
+        for e in self.growing:
+            if reason := unbounded(e.name, e.values(), float(np.ptp(motion.x))):
+                raise SimulationError(f"'{self.model.name}': {reason}")
+
+    def _steady_damper(self, motion: Motion, substeps: int) -> Response:
+        """Response of mount and core; a periodic motion is simulated until it repeats, then its last period does."""
+        drifts = self.warms and np.ptp(motion.temperature) > _SAME_TEMPERATURE_K
+        if motion.settle == 0 or drifts:
+            return _together(self.dampers, motion, self.columns, substeps)
+        if not self.remembers:
+            return _tiled(_together(self.dampers, self._settled(motion, 0), self.columns, substeps), motion)
+        longest = max(motion.ahead, _AHEAD[0])
+        run_ins = [part for part in _AHEAD if part <= longest]
+        for part in run_ins[self._forgotten(motion, run_ins) :]:
+            warm = int(part * motion.period)
+            response = _together(self.dampers, self._settled(motion, warm), self.columns, substeps)
+            if part == run_ins[-1] or _repeats(response.force, warm, motion.period):
+                break
+        return _tiled(response, motion)
+
+    def _settled(self, motion: Motion, warm: int) -> Motion:
+        """One period of the motion after `warm` samples of those before it, at one temperature."""
+        some = motion.one_period(warm)
+        if self.warms:
+            some = replace(some, temperature=np.full(some.x.size, float(np.mean(motion.temperature))))
+        return some
+
+    def _forgotten(self, motion: Motion, run_ins: Sequence[float]) -> int:
+        """Index of the run-in that may do for a memory behind a mount: bolted to the rig it takes a tenth of the time,
+        and forgets no later."""
+        if not self.rigidly:
+            return 0
+        warm = [int(part * motion.period) for part in run_ins]
+        first = self._settled(motion, warm[-2] if len(warm) > 1 else 0)
+        force = _together(self.rigidly, first, None, 1).force
+        met = [_repeats(force[: some + motion.period], some, motion.period) for some in warm[:-1]]
+        return met.index(True) if any(met) else len(run_ins) - 1
+
+
+def simulation_of(model: Model, *, gradient: bool | Mask = False) -> Simulation:
+    """The simulation of a model along any motion; `gradient` as of `simulate`."""
     wanted = _wanted(model, gradient)
-    sensor = model.on("sensor")
-    taus = [delay_of(e.spec, _values(e)) for e in sensor]
-    ahead = sum(ahead_of_current(e.spec, _values(e)) for e in sensor)
-    moved = {0.0: motion, sum(taus): motion.shifted(sum(taus))}
-    past = _current_ahead(moved[sum(taus)], motion, sum(taus) + ahead) if ahead else moved[sum(taus)]
-    response = _steady_damper(model, past, wanted, substeps)
-    force, grad = response.force, response.gradient
-    offset = sum(len(e.parameters) for e in model.elements if e.spec.path != "sensor")
-    place = 0 if wanted is None else int(wanted[:offset].sum())
-    for index, e in enumerate(sensor):
-        later = sum(taus[index + 1 :])
-        lag, turn = low_pass_of(e.spec, _values(e))
-        own = _of_none(e) if wanted is None else wanted[offset : offset + len(e.parameters)]
-        force = low_passed(force, lag, turn, motion)
-        if grad is not None and (lag > 0.0 or turn > 0.0):
-            grad[:, :place] = low_passed(grad[:, :place], lag, turn, motion)
-        if later not in moved:
-            moved[later] = motion.shifted(later)
-        value, columns = sensor_force(e.spec, _values(e), moved[later], force, own)
-        force = force + value
-        if grad is not None:
-            if ahead_of_current(e.spec, _values(e)) and own[0]:
-                columns[:, 0] += low_passed(_by_current(model, past, substeps), lag, turn, motion)
-            count = int(own.sum())
-            grad[:, place : place + count] = columns[:, own]
-            place += count
-        offset += len(e.parameters)
-    if not np.all(np.isfinite(force)):
-        bad = int(np.argmin(np.isfinite(force)))
-        raise SimulationError(
-            f"'{model.name}' gives {force[bad]} at sample {bad} (x = {motion.x[bad]:.4g} m, "
-            f"v = {motion.v[bad]:.4g} m/s): check its parameters against the range of the run"
-        )
-    return Response(force, grad, response.failures)
+    mount, core, sensor = model.on("mount"), model.on("core"), model.on("sensor")
+    behind = bool(mount) and any(e.remembers for e in core)
+    bolted = replace(model, elements=(*model.on("control"), *core)) if behind else None
+    values = [[p.value for p in e.parameters] for e in sensor]
+    taus = [delay_of(e.spec, v) for e, v in zip(sensor, values, strict=True)]
+    by_sensor = np.zeros(sum(map(len, values)), dtype=np.bool_) if wanted is None else wanted[-sum(map(len, values)) :]
+    masks = np.split(by_sensor, np.cumsum([len(v) for v in values])[:-1]) if sensor else []
+    return Simulation(
+        model=model,
+        dampers=_dampers(model, wanted),
+        rigidly=() if bolted is None else _dampers(bolted, None),
+        sensor=tuple(
+            _Sensor(own=e, values=v, wanted=mask, later=sum(taus[k + 1 :]))
+            for k, (e, v, mask) in enumerate(zip(sensor, values, masks, strict=True))
+        ),
+        late=sum(taus),
+        ahead=sum(ahead_of_current(e.spec, v) for e, v in zip(sensor, values, strict=True)),
+        columns=None if wanted is None else int(wanted.sum()),
+        remembers=bool(mount) or any(e.remembers for e in (*model.on("control"), *core)),
+        warms=any(e.spec.needs_temperature for e in model.elements),
+        growing=tuple(e for e in core if may_grow(e.name)),
+    )
+
+
+def _dampers(model: Model, wanted: Mask | None) -> tuple[tuple[Damper, Integers], ...]:
+    """What acts beside each other in a model, each with the columns of the gradient that are its own."""
+    found = []
+    for part in parts(model):
+        owned = np.array([e.id in part.ids for e, _ in model.slots()], dtype=np.bool_)
+        own = damper_of(part, None if wanted is None else wanted[owned])
+        columns = np.flatnonzero(owned[wanted]) if wanted is not None else np.zeros(0, dtype=np.int64)
+        found.append((own, columns[: own.columns]))
+    return tuple(found)
+
+
+def _together(
+    dampers: Sequence[tuple[Damper, Integers]], motion: Motion, columns: int | None, substeps: int
+) -> Response:
+    """Sum of the responses of what acts beside each other; a gradient has `columns`, those of the sensor are zero."""
+    every = [own.along(motion, substeps) for own, _ in dampers]
+    first, *others = every
+    force, failures = first.force, sum(r.failures for r in every)
+    for other in others:
+        force = force + other.force
+    if columns is None:
+        return Response(force, None, failures)
+    if not others and first.gradient is not None and first.gradient.shape[1] == columns:
+        return Response(force, first.gradient, failures)
+    gradient = np.zeros((force.size, columns))
+    for own, (_, at) in zip(every, dampers, strict=True):
+        if own.gradient is not None:
+            add_columns(gradient, at, own.gradient)
+    return Response(force, gradient, failures)
 
 
 def _current_ahead(past: Motion, motion: Motion, tau: float) -> Motion:
@@ -108,11 +222,12 @@ def _by_current(model: Model, past: Motion, substeps: int) -> Floats:
     """The part of dF/dt that comes with the current, (N,), N/s: its change with a current that is earlier."""
     if np.ptp(past.i) == 0.0:
         return np.zeros(past.i.size)
+    forces = simulation_of(replace(model, elements=tuple(e for e in model.elements if e.spec.path != "sensor")))
     early, late = (
-        _steady_damper(model, replace(past, i=delayed(past.i, tau, past.dt, past.period)), None, substeps).force
+        forces.along(replace(past, i=delayed(past.i, tau, past.dt, past.period)), substeps).force
         for tau in (-past.dt, past.dt)
     )
-    return (early - late) / (2.0 * past.dt)
+    return np.asarray((early - late) / (2.0 * past.dt))
 
 
 def _wanted(model: Model, gradient: bool | Mask) -> Mask | None:
@@ -120,68 +235,6 @@ def _wanted(model: Model, gradient: bool | Mask) -> Mask | None:
     if isinstance(gradient, bool):
         return np.ones(model.free().size, dtype=np.bool_) if gradient else None
     return gradient
-
-
-def _of_none(e: Element) -> Mask:
-    return np.zeros(len(e.parameters), dtype=np.bool_)
-
-
-def _values(e: Element) -> list[float]:
-    return [p.value for p in e.parameters]
-
-
-def _check_bounded(model: Model, motion: Motion) -> None:
-    """Raise SimulationError where a hysteresis grows without end within the stroke of the motion."""
-    for e in (e for e in model.on("core") if may_grow(e.name)):
-        named = {spec.name: p.value for spec, p in zip(e.spec.parameters, e.parameters, strict=True)}
-        if reason := unbounded(e.name, named, float(np.ptp(motion.x))):
-            raise SimulationError(f"'{model.name}': {reason}")
-
-
-def _steady_damper(model: Model, motion: Motion, wanted: Mask | None, substeps: int) -> Response:
-    """Response of mount and core; a periodic motion is simulated until it repeats, then its last period does."""
-    drifts = _warms(model) and np.ptp(motion.temperature) > _SAME_TEMPERATURE_K
-    if motion.settle == 0 or drifts:
-        return _damper(model, motion, wanted, substeps)
-    if not _remembers(model):
-        return _tiled(_damper(model, _settled(model, motion, 0), wanted, substeps), motion)
-    longest = max(motion.ahead, _AHEAD[0])
-    parts = [part for part in _AHEAD if part <= longest]
-    for part in parts[_forgotten(model, motion, parts) :]:
-        warm = int(part * motion.period)
-        response = _damper(model, _settled(model, motion, warm), wanted, substeps)
-        if part == parts[-1] or _repeats(response.force, warm, motion.period):
-            break
-    return _tiled(response, motion)
-
-
-def _remembers(model: Model) -> bool:
-    """Whether the force depends on more than the present motion and current."""
-    return bool(model.on("mount")) or any(e.remembers for e in (*model.on("control"), *model.on("core")))
-
-
-def _warms(model: Model) -> bool:
-    return any(e.spec.needs_temperature for e in model.elements)
-
-
-def _settled(model: Model, motion: Motion, warm: int) -> Motion:
-    """One period of the motion after `warm` samples of those before it, at one temperature."""
-    some = motion.one_period(warm)
-    if _warms(model):
-        some = replace(some, temperature=np.full(some.x.size, float(np.mean(motion.temperature))))
-    return some
-
-
-def _forgotten(model: Model, motion: Motion, parts: Sequence[float]) -> int:
-    """Index of the run-in that may do for a memory behind a mount: bolted to the rig it takes a tenth of the time, and
-    forgets no later."""
-    if not (model.on("mount") and any(e.remembers for e in model.on("core"))):
-        return 0
-    core = replace(model, elements=(*model.on("control"), *model.on("core")))
-    warm = [int(part * motion.period) for part in parts]
-    force = _damper(core, _settled(model, motion, warm[-2] if len(warm) > 1 else 0), None, 1).force
-    met = [_repeats(force[: some + motion.period], some, motion.period) for some in warm[:-1]]
-    return met.index(True) if any(met) else len(parts) - 1
 
 
 def _repeats(force: Floats, warm: int, period: int) -> bool:
@@ -197,102 +250,6 @@ def _tiled(response: Response, motion: Motion) -> Response:
     index = response.force.size - motion.period + np.arange(motion.x.size) % motion.period
     full = None if response.gradient is None else response.gradient[index]
     return Response(response.force[index], full, response.failures)
-
-
-def _damper(model: Model, motion: Motion, wanted: Mask | None, substeps: int) -> Response:
-    """Response of mount and core, and of what acts beside them; a gradient has the columns of the sensor too, zero."""
-    own_parts = parts(model)
-    if own_parts == (model,):
-        return _one_part(model, motion, wanted, substeps)
-    force, failures = np.zeros(motion.x.size), 0
-    gradient = None if wanted is None else np.zeros((motion.x.size, int(wanted.sum())))
-    for part in own_parts:
-        owned = np.array([e.id in part.ids for e, _ in model.slots()], dtype=np.bool_)
-        own = _one_part(part, motion, None if wanted is None else wanted[owned], substeps)
-        force, failures = force + own.force, failures + own.failures
-        if gradient is not None and wanted is not None and own.gradient is not None:
-            add_columns(gradient, np.flatnonzero(owned[wanted]), own.gradient)
-    return Response(force, gradient, failures)
-
-
-def _one_part(model: Model, motion: Motion, wanted: Mask | None, substeps: int) -> Response:
-    mount, control, core = model.on("mount"), model.on("control"), model.on("core")
-    u, du = effective_current(control, motion.i, motion.dt, motion.period, motion.remanence)
-    gradient, mask = wanted is not None, np.zeros(model.free().size, dtype=np.bool_) if wanted is None else wanted
-    edges = np.cumsum([sum(len(e.parameters) for e in path) for path in (mount, control, core)])
-    of_mount, of_control, of_core = np.split(mask[: edges[-1]], edges[:-1])
-    n_mount, n_control, n_core = (int(m.sum()) for m in (of_mount, of_control, of_core))
-    used = n_mount + n_control + n_core
-    specs, names = [e.spec for e in core], tuple(e.name for e in core)
-    # The kernels count control columns first, so that du lies in the first rows.
-    program = core_of(names, np.array([v for e in core for v in _values(e)]), _numbered(of_core, n_control))
-    jac = np.zeros((motion.x.size, used)) if gradient else np.zeros((0, used))
-    force = np.zeros(motion.x.size)
-    v_m = _amplitude_velocity(motion) if any(s.needs_amplitude for s in specs) else motion.a
-    drive = Drive(motion.x, motion.v, u, motion.temperature, motion.a, v_m, motion.dt, du[of_control])
-    space = space_of(program.codes.size, program.p.size, used)
-    failures = 0
-    if mount:
-        stiffness, fine = mount_of(mount, any(e.remembers for e in core))
-        mounting = (stiffness, _mount_columns(mount, _numbered(of_mount, n_control + n_core)))
-        nodes = nodes_of(used, substeps)
-        if gradient or stiffness.c_control != 0.0:
-            program = program._replace(driven=max(program.driven, POSITION_AND_CURRENT))
-        failures = mounted(program, drive, mounting, (substeps, fine * substeps, True), force, jac, space, nodes)
-    else:
-        eps = 1e-9 * float(np.max(np.abs(motion.v), initial=0.0))
-        rigid(program, drive, eps, force, jac, space, True)
-    if not gradient:
-        return Response(force, None, failures)
-    of_all = int(mask.sum())
-    if n_mount == 0 and used == of_all:
-        return Response(force, jac, failures)
-    out = np.zeros((motion.x.size, of_all))
-    out[:, :n_mount] = jac[:, n_control + n_core :]
-    out[:, n_mount:used] = jac[:, : n_control + n_core]
-    return Response(force, out, failures)
-
-
-def _numbered(wanted: Mask, first: int) -> NDArray[np.int64]:
-    """Columns of what is wanted, from `first` on, −1 for the rest; (P,)."""
-    return np.where(wanted, first - 1 + np.cumsum(wanted), -1).astype(np.int64)
-
-
-def _amplitude_velocity(motion: Motion) -> Floats:
-    """v_m = sqrt(v² − a·x), (N,), m/s, x about mid-stroke: the peak velocity of a sine at any moment of it.
-
-    Where another motion gives no real value, and within 0.1 % of the highest, it is held above zero.
-    """
-    middle = 0.5 * (motion.x.max() + motion.x.min())
-    v_m = np.sqrt(np.maximum(motion.v**2 - motion.a * (motion.x - middle), 0.0))
-    return np.asarray(np.maximum(v_m, 1e-3 * max(float(v_m.max(initial=0.0)), 1e-9)))
-
-
-def mount_of(mount: Sequence[Element], remembers: bool) -> tuple[Mount, int]:
-    """The mount as the loops see it, and the substeps at an event."""
-    pairs = [(s, p) for e in mount for s, p in zip(e.spec.parameters, e.parameters, strict=True)]
-    placed = {str(s.place): p.value for s, p in pairs if s.place}
-    worn = not set(placed) - {"gap", "air", "f_half", "side", *_SOFT}  # a joint without a bush
-    k, c = (RIGID_STIFFNESS, RIGID_DAMPING) if worn else (0.0, 0.0)
-    placed = _met_softly(placed)
-    values = {"k": k, "c": c, "gap": 0.0, "k2": 0.0, "c2": 0.0, "c_control": 0.0, "air": 0.0, "f_half": 1.0,
-              "side": 0.0, "k_slip": 1.0, "f_slip": 0.0, **placed}  # fmt: skip
-    substeps = _REVERSAL_SUBSTEPS if remembers or values["f_slip"] > 0.0 else 1
-    return Mount(**values), _PLAY_SUBSTEPS if values["gap"] > 0.0 else substeps
-
-
-def _mount_columns(mount: Sequence[Element], numbers: NDArray[np.int64]) -> Mount:
-    """The column of the gradient of each part of the mount, −1 where none is wanted."""
-    places = [s.place for e in mount for s in e.spec.parameters]
-    columns = {str(place): int(number) for place, number in zip(places, numbers, strict=True)}
-    columns = _met_softly(columns)
-    return Mount(**{name: columns.get(name, -1) for name in Mount._fields})
-
-
-def _met_softly(placed: Mapping[str, Number]) -> dict[str, Number]:
-    """What lies at each place of a mount: the halves of a joint meet as air gives way, unless there is air."""
-    joint = {_SOFT[place]: p for place, p in placed.items() if place in _SOFT}
-    return joint | {place: p for place, p in placed.items() if place not in _SOFT}
 
 
 def without_hum(model: Model) -> Model:

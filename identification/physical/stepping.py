@@ -10,12 +10,12 @@ from identification.errors import SimulationError
 from identification.models.stepping import Moment
 from identification.physical.beside import parts
 from identification.physical.collocation import nodes_of
+from identification.physical.damper import mount_of
 from identification.physical.elements.equations.current_steps import CurrentPath
 from identification.physical.elements.equations.sensor import ACTS, acting
 from identification.physical.mounted import mounted
 from identification.physical.program import POSITION_AND_CURRENT, TOLERANCE, Drive, Mount, core_of, space_of
 from identification.physical.rigid import rigid
-from identification.physical.simulate import mount_of
 
 if TYPE_CHECKING:
     from identification.physical.model import Model

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from identification.discrepancy import explain
+from identification.physical.damper import mount_of
 from identification.physical.elements.mount import RIGID_STIFFNESS
 from identification.physical.model import Model, element
 from identification.physical.mount import contact
-from identification.physical.simulate import mount_of
 from rigctl.runfile import Run
 from tests.identification.ordinary import motion, recorded
 

@@ -9,22 +9,21 @@ from identification.compiled import compiled
 
 
 @compiled
-def follow(b, a, u, y, series, out):
+def follow(b, a, state, series, out):
     """Fills `out`, (N, K), with what a filter of up to two poles makes of `series`, (N, K).
 
     b, a : (3,) its coefficients, the latest sample first, a[0] = 1.
-    u, y : (2, K) the last samples of its input and output before the first one, the latest first.
+    state : (2, K) of its transposed direct form II before the first sample; after it, that after the last one.
     """
     for j in range(series.shape[1]):
-        # The state of a transposed direct form.
-        first = b[1] * u[0, j] - a[1] * y[0, j] + b[2] * u[1, j] - a[2] * y[1, j]
-        second = b[2] * u[0, j] - a[2] * y[0, j]
+        first, second = state[0, j], state[1, j]
         for i in range(series.shape[0]):
             now = series[i, j]
             late = b[0] * now + first
             first = b[1] * now - a[1] * late + second
             second = b[2] * now - a[2] * late
             out[i, j] = late
+        state[0, j], state[1, j] = first, second
 
 
 @compiled
