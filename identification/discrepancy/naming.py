@@ -119,11 +119,16 @@ def _leads_nowhere(state: Search) -> bool:
 def _beside_form(state: Search, records: Sequence[Record]) -> Search:
     """Add a name that closes nearly all that is missing without it, though that is within the tolerance of form.
 
-    A departure of form is no element of its own; only a curve over velocity may look like that of another one, and a
-    friction like that of another friction.
+    A departure of form is no element of its own, and where the finer shapes of those that are there close as much, it
+    is theirs; only a curve over velocity may look like that of another one, and a friction like that of another
+    friction.
     """
     known = max(material_excess(records), significant_excess(records))
     if state.excess <= known or state.full:
+        return state
+    finer = _with_finer_shapes(state, records)
+    state = finer if finer.excess < FORM.minor * state.excess else state
+    if state.excess <= known:
         return state
     curves = [name for name, spec in CATALOGUE.items() if spec.bent or spec.dry_friction]
     rubs = any(e.spec.friction for e in _named(state))
@@ -236,8 +241,10 @@ def add_name(
 
 def _refine_curves(state: Search, records: Sequence[Record]) -> Search:
     """Free the finer shapes that the data show once the largest gap has closed."""
-    if not gap_remains(state, records):
-        return state
+    return _with_finer_shapes(state, records) if gap_remains(state, records) else state
+
+
+def _with_finer_shapes(state: Search, records: Sequence[Record]) -> Search:
     fit = refine_curves(state.fit, records, gains=follows_current(given_with_names(state)))
     return replace(state, fit=fit, excess=excess_of(fit), given=with_shapes_of(state.given, fit.model))
 

@@ -10,10 +10,10 @@ from identification.criteria import BUDGET, CHANCE, FORM
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.physical.beside import switched, switches
-from identification.physical.elements import ParameterSpec
-from identification.physical.model import Model, Parameter, denies_its_name, neutral
+from identification.physical.elements import ParameterSpec, Values
+from identification.physical.model import Element, Model, Parameter, denies_its_name, neutral
 from identification.record import Record
-from identification.scales import scales_of
+from identification.scales import Scales, scales_of
 
 
 def refine_curve(fit: Fit, index: int, records: Sequence[Record], *, gains: bool = True, named: bool = False) -> Fit:
@@ -27,20 +27,30 @@ def refine_curve(fit: Fit, index: int, records: Sequence[Record], *, gains: bool
     specs = row.parameters
     fit = beside_or_within(fit, index, records)
     fit = _switched(fit, index, switches(row, beside=False), records)
-    shape, late = (
-        {k: _start(s, records, fit.rms) for k, s in enumerate(specs)
-         if s.refinement and not (s.gain or s.switch) and s.late == is_late}
-        for is_late in (False, True)
-    )  # fmt: skip
+    scales = scales_of(records, fit.rms)
     gains = gains and any(r.has_current for r in records)
     grows = {k: Parameter(value=0.0) for k, s in enumerate(specs) if s.refinement and s.gain and gains}
-    ways = [shape, grows]
+    fit = _best_first(fit, index, [*_shapes(fit.model.elements[index], scales, late=False), grows], records)
+    return _best_first(fit, index, _shapes(fit.model.elements[index], scales, late=True), records) if named else fit
+
+
+def _shapes(own: Element, scales: Scales, *, late: bool) -> list[dict[int, Parameter]]:
+    """First values of each finer shape of an element, by their places."""
+    ways: dict[str, dict[int, Parameter]] = {}
+    for k, s in enumerate(own.spec.parameters):
+        if s.refinement and not (s.gain or s.switch) and s.late == late:
+            ways.setdefault(s.shape, {})[k] = _start(s, own.values(), scales)
+    return list(ways.values())
+
+
+def _best_first(fit: Fit, index: int, ways: list[dict[int, Parameter]], records: Sequence[Record]) -> Fit:
+    """The fit with what the data show of these free, that which explains most first."""
     while ways:
         finer = [_freed(fit, index, way, records) for way in ways]
         best = min(range(len(ways)), key=lambda k: finer[k].chi2)
         fit = finer[best]
         del ways[best]
-    return _freed(fit, index, late, records) if named else fit
+    return fit
 
 
 def without_needless_shape(fit: Fit, index: int, records: Sequence[Record]) -> Fit:
@@ -135,12 +145,13 @@ def with_shapes_of(model: Model, fitted: Model) -> Model:
     return replace(model, elements=tuple(elements))
 
 
-def _start(spec: ParameterSpec, records: Sequence[Record], gap: float) -> Parameter:
+def _start(spec: ParameterSpec, own: Values, scales: Scales) -> Parameter:
     """First value and limits of a build-up: at zero its gradient vanishes, and a step that lands there would stay.
 
     A share has a gradient there, and a lag that of a dead time. What has limits of the search starts between them.
     """
-    scales = scales_of(records, gap)
+    if spec.begins is not None:
+        return Parameter(value=spec.begins(own, scales))
     if spec.limits is not None:
         low, high = spec.limits(scales)
         return Parameter(value=0.5 * (low + high), low=low, high=high)

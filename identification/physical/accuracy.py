@@ -77,7 +77,8 @@ def _order(model: Model) -> int:
 def _has_events(e: Element) -> bool:
     """Whether the element makes the force jump, opens a contact, or remembers."""
     jumps = e.spec.smooth_over is not None and e.value(e.spec.smooth_over) == 0.0
-    play = any(p.place in ("gap", "f_slip") for p in e.spec.parameters)
+    pairs = zip(e.spec.parameters, e.parameters, strict=True)
+    play = any(s.place == "gap" or (s.place == "f_slip" and p.value > 0.0) for s, p in pairs)
     return jumps or play or (e.remembers and e.spec.path == "core")
 
 

@@ -70,7 +70,9 @@ EQUATIONS: dict[str, Equation] = {
     "warm_gas_spring": lambda z, w, u, t, q: (
         -q["f0"] * (t + 273.15) / (q["T_ref"] + 273.15) * (q["length"] / (q["length"] + z)) ** q["n"]
     ),
-    "end_stop": lambda z, w, u, t, q: q["k"] * (np.sign(z) + q["side"]) * beyond(z, q["z_max"]),
+    "end_stop": lambda z, w, u, t, q: (
+        (np.sign(z) + q["side"]) * (q["k"] * beyond(z, q["z_max"]) + q["k2"] * beyond(z, q["z_max"]) ** 2)
+    ),
     "progressive_stop": lambda z, w, u, t, q: np.where(
         z < q["z_stop"],
         q["k"] * (z - q["z_stop"]) - q["k2"] * (z - q["z_stop"]) ** 2,

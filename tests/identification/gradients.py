@@ -42,14 +42,14 @@ TYPICAL: dict[str, dict[str, float]] = {
     "cubic_stiffness": {"k3": 1e6, "beside_mount": 0},
     "gas_spring": {"f0": 200, "length": 0.12, "n": 1.3, "heat": 0.4, "rested": 0.3, "beside_mount": 0},
     "warm_gas_spring": {"f0": 200, "length": 0.12, "n": 1.3, "T_ref": 25},
-    "end_stop": {"k": 3e4, "z_max": 0.012, "side": -0.4, "beside_mount": 0},
+    "end_stop": {"k": 3e4, "z_max": 0.012, "side": -0.4, "k2": 4e6, "beside_mount": 0},
     "progressive_stop": {"k": 1e4, "k2": 2e6, "z_stop": -0.01},
     "position_dependent_damping": {"p": 200},
     "temperature_fade": {"kappa": 0.01, "T_ref": 25},
     "zone_damping": {"gain": 0.6, "z_0": 0.003, "half": 0.006, "edge": 0.002},
     "cavitation": {"w_on": -0.1, "m": 0.8},
     "reversal_force_lag": {"length": 0.004},
-    "series_compliance": {"k": 1.2e6, "c": 300},
+    "series_compliance": {"k": 1.2e6, "c": 300, "k2": 0, "c2": 1, "k_slip": 1, "f_slip": 0},
     "relaxing_compliance": {"k1": 1.2e6, "k2": 4e5, "c2": 3e3},
     "rubber_bush": {"k": 8e5, "c": 300, "k_slip": 6e5, "f_slip": 60},
     "series_dashpot": {"c": 5e4, "c_control": 1e4},
@@ -75,8 +75,9 @@ def freed(e: Element) -> Element:
 
 
 def continuous(model: Model) -> list[int]:
-    """Places of the parameters that are no switches."""
-    return [k for k, (e, own) in enumerate(model.slots()) if not e.spec.parameters[own].switch]
+    """Places of the parameters that are no switches, nor of a finer shape that is off: to begin is a jump."""
+    specs = [(e.parameters[own].value, e.spec.parameters[own]) for e, own in model.slots()]
+    return [k for k, (value, s) in enumerate(specs) if not s.switch and not (s.shape and value == s.default)]
 
 
 def extrapolated(model: Model, k: int, inputs: Motion | None = None) -> Floats:

@@ -49,7 +49,11 @@ ROWS: Final = (
             ParameterSpec("half", "m", remedy=Remedy.STROKE),
             ParameterSpec("edge", "m", TINY, remedy=Remedy.STROKE),
         ),
-        nameable=False,  # it has three parameters more than a damping over position, which has a name
+        # In the middle or on one side, narrow or wide.
+        starts=lambda s: [
+            {"gain": 0.5, "z_0": side * s.x_rms, "half": half * s.x_rms, "edge": 0.3 * s.x_rms}
+            for side, half in ((0.0, 0.6), (1.0, 0.6), (-1.0, 0.6), (1.5, 1.2), (-1.5, 1.2))
+        ],
         linear_in_velocity=True,
     ),
     # Where the oil behind the piston comes down to its vapour pressure the pressure difference grows no further as the

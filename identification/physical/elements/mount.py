@@ -35,6 +35,13 @@ def _as_stiff_as_steel(compliance: Values, _: Values) -> bool:
     return compliance["k"] > FORM.contact * RIGID_STIFFNESS
 
 
+def _has_two_branches(own: Values, others: Sequence[ElementSpec]) -> bool:
+    """Whether what stands beside the spring both relaxes and rubs, or does so beyond a gap or behind air: the loops
+    know one of these at a time."""
+    more = [own["k2"] > 0.0, own["f_slip"] > 0.0]
+    return sum(more) > 1 or (any(more) and any(o.path == "mount" for o in others))
+
+
 def _gives_way(values: Values, around: Surroundings) -> bool:
     """Whether a joint without a bush gives way in its contact by many times its play: that is a compliance."""
     bushed = any(o.name == "series_compliance" for o in around.others)
@@ -70,7 +77,7 @@ ROWS: Final = (
         name="series_compliance",
         family=Family.MOUNT,
         title="series compliance (bush, oil column)",
-        equation="f = k·e + c·de/dt, e = x − z",
+        equation="f = k·e + c·de/dt + y, e = x − z; dy/dt = k2·de/dt − (k2/c2)·y, or that of a rubber bush",
         parameters=(
             ParameterSpec(
                 "k",
@@ -81,8 +88,56 @@ ROWS: Final = (
                 place="k",
             ),
             ParameterSpec("c", "N·s/m", default=0.0, bound_is_meant=True, remedy=Remedy.SPEEDS, place="c"),
+            # What rubber does beside that: a part of its force relaxes (Zener), or rubs in it (Berg 1998).
+            ParameterSpec(
+                "k2",
+                "N/m",
+                default=0.0,
+                refinement=True,
+                late=True,
+                shape="relaxes",
+                place="k2",
+                remedy=Remedy.FREQUENCY,
+                begins=lambda own, s: 0.5 * own["k"],
+            ),
+            ParameterSpec(
+                "c2",
+                "N·s/m",
+                TINY,
+                default=1.0,
+                refinement=True,
+                late=True,
+                shape="relaxes",
+                place="c2",
+                remedy=Remedy.SPEEDS,
+                begins=lambda own, s: 0.5 * own["k"] * s.motion_time,
+            ),
+            ParameterSpec(
+                "k_slip",
+                "N/m",
+                TINY,
+                default=1.0,
+                refinement=True,
+                late=True,
+                shape="rubs",
+                place="k_slip",
+                remedy=Remedy.STROKE,
+                begins=lambda own, s: 0.5 * own["k"],
+            ),
+            ParameterSpec(
+                "f_slip",
+                "N",
+                default=0.0,
+                refinement=True,
+                late=True,
+                shape="rubs",
+                place="f_slip",
+                remedy=Remedy.STROKE,
+                begins=lambda own, s: FORM.minor * s.force,
+            ),
         ),
         starts=lambda s: [{"k": s.force / (part * s.x_rms), "c": 0.0} for part in (0.005, 0.03, 0.15)],
+        denied=_has_two_branches,
         once=True,
         limits_of=(Growth(of="aerated_oil", starts=_little_force),),
         alias=Alias("a frame or a fixture that yields", _BAR),

@@ -122,6 +122,8 @@ class ParameterSpec:
     default: float | None = None  # the value where a file leaves the parameter out
     refinement: bool = False  # finer than the canonical form: never free unless asked for, not written while neutral
     late: bool = False  # of a refinement: free only once the element is named; before, it would hide another one
+    shape: str = ""  # of a refinement: those of one shape are free together, those of another one are tried apart
+    begins: Callable[[Values, Scales], float] | None = None  # first value of a refinement, out of the element's own
     gain: bool = False  # acts through the current: zero, or out of a fit's reach, where there is none
     of_curves: bool = False  # a share of the size of all other damping curves together
     preload: bool = False  # a constant force is part of what it makes: no motion tells the two apart

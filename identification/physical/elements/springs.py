@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from identification.criteria import CHANCE
 from identification.physical.elements.friction import BESIDE_MOUNT
 from identification.physical.elements.spec import (
     TINY,
@@ -78,12 +79,23 @@ ROWS: Final = (
         name="end_stop",
         family=Family.SPRING,
         title="end stop",
-        equation="f = k·(1 + side)·max(0, z − z_max) − k·(1 − side)·max(0, −z_max − z)",
+        equation="f = (1 + side)·(k·o + k2·o²), o = z − z_max > 0; −(1 − side)·(k·o + k2·o²), o = −z_max − z > 0",
         parameters=(
             ParameterSpec("k", "N/m", remedy=Remedy.FREQUENCY),
             ParameterSpec("z_max", "m", limits=lambda s: (0.05 * s.x_max, s.x_max), remedy=Remedy.STROKE),
             # Of most machines one end has the harder stop, or alone has one: 1 in extension, −1 in compression.
             ParameterSpec("side", "–", -1.0, high=1.0, default=0.0, refinement=True, bound_is_meant=True),
+            # Rubber and foam harden as they are pressed: beginning with the whole force at the end of the stroke.
+            ParameterSpec(
+                "k2",
+                "N/m²",
+                default=0.0,
+                refinement=True,
+                late=True,
+                shape="progressive",
+                remedy=Remedy.STROKE,
+                begins=lambda own, s: own["k"] / max(s.x_max - own["z_max"], CHANCE.visible * s.x_max),
+            ),
             BESIDE_MOUNT,
         ),
         starts=lambda s: [{"k": s.force / s.x_max, "z_max": part * s.x_max} for part in (0.45, 0.65, 0.85)],

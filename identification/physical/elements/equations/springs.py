@@ -91,17 +91,19 @@ class Stop(NamedTuple):
     k: float
     z_max: float
     side: float
+    k2: float
 
 
 @inlined
 def stop(q, z):
-    """k (1 + side) max(0, z − z_max) − k (1 − side) max(0, −z_max − z)."""
-    f, f_z, by = 0.0, 0.0, Stop(0.0, 0.0, 0.0)
+    """(1 ± side) (k o + k2 o²), o by how far z lies beyond ±z_max."""
+    f, f_z, by = 0.0, 0.0, Stop(0.0, 0.0, 0.0, 0.0)
     if abs(z) > q.z_max:
         sgn = 1.0 if z > 0 else -1.0
-        part, into = 1.0 + sgn * q.side, z - sgn * q.z_max
-        f, f_z = q.k * part * into, q.k * part
-        by = Stop(part * into, -sgn * q.k * part, sgn * q.k * into)
+        part, o = 1.0 + sgn * q.side, abs(z) - q.z_max
+        met = (q.k + q.k2 * o) * o
+        f, f_z = sgn * part * met, part * (q.k + 2.0 * q.k2 * o)
+        by = Stop(sgn * part * o, -sgn * f_z, met, sgn * part * o * o)
     return f, f_z, by
 
 
@@ -145,7 +147,7 @@ def spring(code, p, o, z, temperature, m, dp, wanted):
         if wanted:
             dp[o], dp[o + 1], dp[o + 2] = by
     else:
-        f, f_z, by = stop(Stop(p[o], p[o + 1], p[o + 2]), z)
+        f, f_z, by = stop(Stop(p[o], p[o + 1], p[o + 2], p[o + 3]), z)
         if wanted:
-            dp[o], dp[o + 1], dp[o + 2] = by
+            dp[o], dp[o + 1], dp[o + 2], dp[o + 3] = by
     return f, f_z, f_m
