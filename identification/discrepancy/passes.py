@@ -136,10 +136,14 @@ def _gap_remains_on(whole: Sequence[Record], found: Search, base: Fit) -> bool:
 def _elsewhere(
     found: Search, base: Fit, records: Sequence[Record], others: Sequence[Record]
 ) -> tuple[Search, Fit, Sequence[Record]]:
-    """The search and its base fitted to other records, and these; as they are where no record is another one."""
+    """The search and its base fitted to other records, and these; as they are where no record is another one, or the
+    model can't run along them."""
     if all(r is q for r, q in zip(records, others, strict=True)):
         return found, base, records
-    fit, base = fit_records(found.fit.model, others), fit_records(base.model, others)
+    try:
+        fit, base = fit_records(found.fit.model, others), fit_records(base.model, others)
+    except SimulationError:
+        return found, base, records
     compared = {n: _beside(found.compared[n], fit, n, others) for n in found.names}
     moved = replace(found, fit=fit, excess=excess_of(fit), base_excess=excess_of(base), compared=compared, before=None)
     return moved, base, others  # without the steps of the search, which were of other records

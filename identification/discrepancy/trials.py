@@ -252,7 +252,8 @@ def _fit_candidate(candidate: _Candidate, its: _Round) -> Trial | None:
 def trial_of(fit: Fit, own_id: str, start: Fit, records: Sequence[Record], screened: float) -> Trial:
     """A fit as a trial of the element of that id in it, added to what `start` is a fit of."""
     own = fit.model.element(own_id)
-    free = [not p.fixed and not q.refinement for p, q in zip(own.parameters, own.spec.parameters, strict=True)]
+    pairs = zip(own.parameters, own.spec.parameters, strict=True)
+    free = [not p.fixed and (bool(q.shape) or not q.refinement) for p, q in pairs]  # a shape is more than a detail
     whole, formed = contribution_and_form(fit.model, own_id, records)
     scales = scales_of(records, 0.0)
     return Trial(

@@ -88,7 +88,7 @@ def zone(z: Floats, q: Mapping[str, float]) -> Any:
 
 
 FACTORS: dict[str, Equation] = {
-    "position_dependent_damping": lambda z, w, u, t, q: 1 + q["p"] * z**2,
+    "position_dependent_damping": lambda z, w, u, t, q: q["p"] * z**2 + zone(z, q),
     "temperature_fade": lambda z, w, u, t, q: np.exp(-q["kappa"] * (t - q["T_ref"])),
     "zone_damping": lambda z, w, u, t, q: zone(z, q),
     "cavitation": lambda z, w, u, t, q: np.where(

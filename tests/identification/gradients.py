@@ -44,7 +44,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "warm_gas_spring": {"f0": 200, "length": 0.12, "n": 1.3, "T_ref": 25},
     "end_stop": {"k": 3e4, "z_max": 0.012, "side": -0.4, "k2": 4e6, "beside_mount": 0},
     "progressive_stop": {"k": 1e4, "k2": 2e6, "z_stop": -0.01},
-    "position_dependent_damping": {"p": 200},
+    "position_dependent_damping": {"p": 200, "gain": -0.4, "z_0": 0.003, "half": 0.006, "edge": 0.002},
     "temperature_fade": {"kappa": 0.01, "T_ref": 25},
     "zone_damping": {"gain": 0.6, "z_0": 0.003, "half": 0.006, "edge": 0.002},
     "cavitation": {"w_on": -0.1, "m": 0.8},

@@ -11,7 +11,7 @@ from identification.criteria import FORM
 from identification.discrepancy import verdict
 from identification.discrepancy.evidence import gather, main_doubt
 from identification.discrepancy.explanation import Traces
-from identification.discrepancy.final import without_harm
+from identification.discrepancy.final import fit_final, without_harm
 from identification.discrepancy.holdout import hold_out
 from identification.discrepancy.needless import merge_names
 from identification.discrepancy.nexttest import propose
@@ -19,6 +19,7 @@ from identification.discrepancy.notes import beyond, capped, elsewhere, far_as_g
 from identification.discrepancy.verdict import SearchResult, _nearest, drop_doubtful
 from identification.discrepancy.where import locate
 from identification.errors import SimulationError
+from identification.physical.model import element
 from identification.record import Record, compact, record_from_run
 from rigctl.runfile import with_channel
 from tests.identification.specimens import AS_SIMULATED, found_with, records_with, run
@@ -209,6 +210,19 @@ def test_a_model_that_runs_away_when_it_is_fitted_further_is_left_as_the_search_
     assert now.names == ("linear_stiffness",)
     assert final.element("linear_stiffness").value("k") == spring.value("k")
     assert bool(of_search(now.as_searched)) is ran_away
+
+
+def test_a_model_that_can_not_run_along_the_whole_records_is_taken_back() -> None:
+    """A hysteresis that grows without end within their stroke: the search saw pieces of less."""
+    result = result_of("linear_stiffness")
+    grows = element("bouc_wen", {"alpha": 1.0, "A": 1.0, "n": 2.0, "beta": -1e9, "gamma": 0.0})
+    model = result.found.fit.model
+    found = replace(result.found, fit=replace(result.found.fit, model=model.with_element(grows)))
+    away = replace(result, found=found, held=result.train)
+    assert fit_final(away).has("bouc_wen")
+    now, final = without_harm(away, fit_final(away), result.base.model)
+    assert now.names == ()
+    assert final == result.base.model
 
 
 def test_where_every_stated_name_is_sure_the_next_test_is_about_the_nearest_that_is_not() -> None:

@@ -6,14 +6,36 @@ from typing import Final
 
 from identification.physical.elements.spec import TINY, UNBOUNDED, Alias, ElementSpec, Family, ParameterSpec, Remedy
 
+
+def _of_zone(name: str, unit: str, neutral: float, low: float = 0.0) -> ParameterSpec:
+    return ParameterSpec(
+        name, unit, low, default=neutral, refinement=True, late=True, shape="zone", remedy=Remedy.STROKE,
+        begins=lambda own, s: {"gain": 0.2, "z_0": 0.0, "half": 0.6 * s.x_rms, "edge": 0.3 * s.x_rms}[name],
+    )  # fmt: skip
+
+
 ROWS: Final = (
     ElementSpec(
         name="position_dependent_damping",
         family=Family.MODIFIER,
         title="position-dependent damping",
-        equation="dissipative sum × (1 + p·z²)",
-        parameters=(ParameterSpec("p", "1/m²", UNBOUNDED, remedy=Remedy.STROKE),),
-        starts=lambda s: [{"p": 0.2 / s.x_rms**2}],
+        equation="dissipative sum × (1 + p·z² + gain·½·(tanh((z − z_0 + half)/edge) − tanh((z − z_0 − half)/edge)))",
+        parameters=(
+            ParameterSpec("p", "1/m²", UNBOUNDED, remedy=Remedy.STROKE),
+            # A zone of its own, as a groove or a bypass has: it need not lie in the middle.
+            _of_zone("gain", "–", 0.0, -1.0),
+            _of_zone("z_0", "m", 0.0, UNBOUNDED),
+            _of_zone("half", "m", 0.0),
+            _of_zone("edge", "m", 1.0, TINY),
+        ),
+        # Over the whole stroke; in a zone in the middle or to one side, narrow or wide.
+        starts=lambda s: [
+            {"p": 0.2 / s.x_rms**2},
+            *(
+                {"p": 0.0, "gain": 0.5, "z_0": side * s.x_rms, "half": half * s.x_rms, "edge": 0.3 * s.x_rms}
+                for side, half in ((0.0, 0.6), (1.0, 0.6), (-1.0, 0.6), (1.5, 1.2), (-1.5, 1.2))
+            ),
+        ],
         linear_in_velocity=True,
     ),
     ElementSpec(
@@ -49,11 +71,7 @@ ROWS: Final = (
             ParameterSpec("half", "m", remedy=Remedy.STROKE),
             ParameterSpec("edge", "m", TINY, remedy=Remedy.STROKE),
         ),
-        # In the middle or on one side, narrow or wide.
-        starts=lambda s: [
-            {"gain": 0.5, "z_0": side * s.x_rms, "half": half * s.x_rms, "edge": 0.3 * s.x_rms}
-            for side, half in ((0.0, 0.6), (1.0, 0.6), (-1.0, 0.6), (1.5, 1.2), (-1.5, 1.2))
-        ],
+        nameable=False,  # damping over position has a name, and a zone as its finer shape
         linear_in_velocity=True,
     ),
     # Where the oil behind the piston comes down to its vapour pressure the pressure difference grows no further as the

@@ -81,7 +81,7 @@ ROWS: Final = (
         title="end stop",
         equation="f = (1 + side)·(k·o + k2·o²), o = z − z_max > 0; −(1 − side)·(k·o + k2·o²), o = −z_max − z > 0",
         parameters=(
-            ParameterSpec("k", "N/m", remedy=Remedy.FREQUENCY),
+            ParameterSpec("k", "N/m", bound_is_meant=True, remedy=Remedy.FREQUENCY),  # one that hardens may begin soft
             ParameterSpec("z_max", "m", limits=lambda s: (0.05 * s.x_max, s.x_max), remedy=Remedy.STROKE),
             # Of most machines one end has the harder stop, or alone has one: 1 in extension, −1 in compression.
             ParameterSpec("side", "–", -1.0, high=1.0, default=0.0, refinement=True, bound_is_meant=True),
@@ -98,7 +98,14 @@ ROWS: Final = (
             ),
             BESIDE_MOUNT,
         ),
-        starts=lambda s: [{"k": s.force / s.x_max, "z_max": part * s.x_max} for part in (0.45, 0.65, 0.85)],
+        # The last two: a buffer at one end that hardens.
+        starts=lambda s: [
+            *({"k": s.force / s.x_max, "z_max": part * s.x_max} for part in (0.45, 0.65, 0.85)),
+            *(
+                {"k": s.gap / s.x_max, "z_max": 0.4 * s.x_max, "side": side, "k2": 3.0 * s.gap / s.x_max**2}
+                for side in (1.0, -1.0)
+            ),
+        ],
         linear_in_velocity=True,
     ),
     ElementSpec(

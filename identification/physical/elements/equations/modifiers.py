@@ -33,13 +33,6 @@ class Fade(NamedTuple):
 
 
 @inlined
-def position(p, z):
-    """1 + p z², and its relative partial by p."""
-    m = 1.0 + p * z * z
-    return Factor(m, 2.0 * p * z, 0.0, 0.0), (z * z / m if m != 0.0 else 0.0)
-
-
-@inlined
 def fade(q, temperature):
     """exp(−kappa (T − T_ref)), and its relative partials."""
     m = np.exp(-q.kappa * (temperature - q.T_ref))
@@ -76,6 +69,27 @@ def zone(q, z):
     return Factor(m, by_z, 0.0, 0.0), by
 
 
+class Position(NamedTuple):
+    p: float
+    gain: float
+    z_0: float
+    half: float
+    edge: float
+
+
+@inlined
+def position(q, z):
+    """1 + p z², and what a zone adds to it, with the relative partials."""
+    m, by_z, by_gain, by_z_0, by_half, by_edge = 1.0 + q.p * z * z, 2.0 * q.p * z, 0.0, 0.0, 0.0, 0.0
+    if q.gain != 0.0:
+        more, by = zone(Zone(q.gain, q.z_0, q.half, q.edge), z)
+        m, by_z = m + more.m - 1.0, by_z + more.by_z
+        by_gain, by_z_0, by_half, by_edge = more.m * by.gain, more.m * by.z_0, more.m * by.half, more.m * by.edge
+    part = 1.0 / m if m != 0.0 else 0.0
+    by_p = part * z * z
+    return Factor(m, by_z, 0.0, 0.0), Position(by_p, part * by_gain, part * by_z_0, part * by_half, part * by_edge)
+
+
 class Cavitation(NamedTuple):
     w_on: float
     m: float
@@ -97,7 +111,8 @@ def cavitation(q, w):
 def modifier(code, p, o, at, travel, dp):
     """Factor of the element with that code; its relative partials from dp[o] on."""
     if code == _POSITION:
-        factor, dp[o] = position(p[o], at.z)
+        factor, by = position(Position(p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4]), at.z)
+        dp[o], dp[o + 1], dp[o + 2], dp[o + 3], dp[o + 4] = by
     elif code == _FADE:
         factor, by = fade(Fade(p[o], p[o + 1]), at.temperature)
         dp[o], dp[o + 1] = by
