@@ -55,7 +55,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "series_dashpot": {"c": 5e4, "c_control": 1e4},
     "free_play": {"gap": 1e-3, "soft": 5e-4, "f_soft": 60.0},
     "aerated_oil": {"air": 2e-3, "f_half": 80.0, "side": -0.4},
-    "control_lag": {"tau": 0.012},
+    "control_lag": {"tau": 0.012, "fall": 0.02},
     "coil_lag": {"tau_rise": 0.012, "tau_fall": 0.03},
     "control_delay": {"tau": 0.0123},
     "control_saturation": {"i_s": 1.0},

@@ -61,6 +61,15 @@ def test_with_equal_times_it_is_a_lag_with_one(tau: float, seed: int) -> None:
     np.testing.assert_allclose(by_two.sum(axis=0), by_one[0], rtol=0, atol=1e-6 * np.max(np.abs(by_one)) + 1e-9)
 
 
+@given(rise=TIMES, fall=TIMES, seed=st.integers(0, 1000))
+def test_a_lag_of_the_control_with_a_fall_is_a_coil(rise: float, fall: float, seed: int) -> None:
+    i = current(seed, 0.5)
+    lag, by_lag = answer([element("control_lag", {"tau": rise, "fall": max(fall, 1e-6)})], i)
+    two, by_two = answer([coil(rise, max(fall, 1e-6))], i)
+    assert np.array_equal(lag, two)
+    assert np.array_equal(by_lag, by_two)
+
+
 def test_it_rises_with_one_time_and_falls_with_the_other_on_either_side_of_zero() -> None:
     for side in (1.0, -1.0):
         i = side * np.concatenate([np.full(50, 0.2), np.full(100, 1.0), np.full(100, 0.2)])

@@ -1,4 +1,4 @@
-"""Buffers that harden, bushes of rubber and grooves to one side have the name of their kind, and nothing beside it."""
+"""Buffers that harden, bushes of rubber, grooves to one side and coils have the name of their kind, and no other."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from identification.discrepancy import Verdict, explain
 from identification.discrepancy.explanation import Explanation
 from identification.physical.model import Model, element
-from tests.identification.ordinary import RATE, Floats, campaign
+from tests.identification.ordinary import RATE, Floats, campaign, motion, recorded
 
 BASE = Model(name="a dashpot", elements=(element("viscous_damping", {"c": 2000.0}),))
 SIZES = (0.006, 0.012, 0.018, 0.024, 0.015, 0.02)
@@ -88,3 +88,21 @@ def test_a_groove_to_one_side_is_damping_over_position(centre: float) -> None:
     assert found.verdict == Verdict.EXPLAINED
     own = {e.name: e for e in found.model.elements}["position_dependent_damping"].values()
     assert own["z_0"] == pytest.approx(centre, abs=5e-4)
+
+
+def test_a_coil_that_falls_faster_than_it_rises_is_a_lag_of_the_control() -> None:
+    runs = []
+    for k, size in enumerate(SIZES):
+        t, x, v = motion(k, size)
+        i = np.random.default_rng([9, k]).uniform(0.2, 1.5, 40)[(t / 0.7).astype(int)]
+        field = np.full(t.size, i[0])
+        for n in range(1, t.size):
+            tau = 0.06 if i[n - 1] > field[n - 1] else 0.02
+            field[n] = i[n - 1] + (field[n - 1] - i[n - 1]) * np.exp(-1.0 / RATE / tau)
+        runs.append(recorded("coil", k, x, (900.0 + 1600.0 * field) * v, more={"current": i}))
+    base = Model(name="without a coil", elements=(element("viscous_damping", {"c": 800.0, "c_control": 1500.0}),))
+    found = explain(base, runs[:4], runs[4:])
+    assert [e.element for e in found.effects] == ["control_lag"]
+    assert found.effects[0].confidence > 0.9
+    own = {e.name: e for e in found.model.elements}["control_lag"].values()
+    assert (own["tau"], own["fall"]) == pytest.approx((0.06, 0.02), rel=0.1)

@@ -35,8 +35,21 @@ ROWS: Final = (
         name="control_lag",
         family=Family.CONTROL,
         title="first-order lag of the control",
-        equation="du/dt = (i − u)/tau",
-        parameters=(ParameterSpec("tau", "s", limits=lambda s: (0.0, 0.5 * s.duration), remedy=Remedy.FREQUENCY),),
+        equation="du/dt = (i − u)/tau; with a fall above 0 that time where the field falls, as of a coil",
+        parameters=(
+            ParameterSpec("tau", "s", limits=lambda s: (0.0, 0.5 * s.duration), remedy=Remedy.FREQUENCY),
+            # Of most coils a field falls faster than it rises, as the iron stays magnetised or the driver brakes.
+            ParameterSpec(
+                "fall",
+                "s",
+                default=0.0,
+                refinement=True,
+                late=True,
+                shape="coil",
+                remedy=Remedy.FREQUENCY,
+                begins=lambda own, s: 0.5 * own["tau"],
+            ),
+        ),
         starts=lambda s: [{"tau": part * s.current_time} for part in (0.2, 1.0)],
         needs_current=True,
         memory=True,

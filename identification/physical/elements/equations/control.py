@@ -54,6 +54,8 @@ def effective_current(
 
 
 def _lag(u: Floats, du: Floats, own: Floats, values: Sequence[float], clock: Clock) -> Floats:
+    if values[1] > 0.0:
+        return _coil(u, du, own, values, clock)
     tau = max(values[0], _SHORTEST * clock.dt)
     return np.asarray(_lag_loop(u, is_step(u), du, own[0], tau, clock.dt))
 

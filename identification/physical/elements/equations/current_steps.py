@@ -55,6 +55,8 @@ class CurrentPath:
 
 
 def _lag(i: float, state: State, values: Sequence[float], dt: float) -> tuple[float, State]:
+    if values[1] > 0.0:
+        return _coil(i, state, values, dt)
     if not state:
         return i, (i, i)
     u, before = state
