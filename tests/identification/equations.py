@@ -58,7 +58,9 @@ EQUATIONS: dict[str, Equation] = {
     "rebound_compression_damping": lambda z, w, u, t, q: on_side(
         w, (q["c_r"], q["c_c"]), (q["w_r"], q["w_c"]), q["share"]
     ),
-    "hydraulic_bump_stop": lambda z, w, u, t, q: q["q"] * beyond(z, q["z_max"]) * w * np.abs(w),
+    "hydraulic_bump_stop": lambda z, w, u, t, q: (
+        q["q"] * (1 + q["side"] * np.sign(z)) * beyond(z, q["z_max"]) * w * np.abs(w)
+    ),
     "tanh_hysteresis": lambda z, w, u, t, q: (
         (q["alpha"] + q["alpha_control"] * u) * np.tanh(q["beta"] * w + q["delta"] * np.tanh(z / q["z_r"]))
     ),
@@ -71,7 +73,8 @@ EQUATIONS: dict[str, Equation] = {
         -q["f0"] * (t + 273.15) / (q["T_ref"] + 273.15) * (q["length"] / (q["length"] + z)) ** q["n"]
     ),
     "end_stop": lambda z, w, u, t, q: (
-        (np.sign(z) + q["side"]) * (q["k"] * beyond(z, q["z_max"]) + q["k2"] * beyond(z, q["z_max"]) ** 2)
+        (np.sign(z - q["centre"]) + q["side"])
+        * (q["k"] * beyond(z - q["centre"], q["z_max"]) + q["k2"] * beyond(z - q["centre"], q["z_max"]) ** 2)
     ),
     "progressive_stop": lambda z, w, u, t, q: np.where(
         z < q["z_stop"],

@@ -80,6 +80,27 @@ def test_a_buffer_at_one_end_that_hardens_is_an_end_stop() -> None:
     assert own["z_max"] == pytest.approx(0.011, rel=0.05)
 
 
+def test_buffers_that_are_not_centred_are_an_end_stop_off_the_middle() -> None:
+    found = explained(
+        "off centre", lambda x, v: 2500.0 * v + 3e4 * (np.maximum(x - 0.008, 0) - np.maximum(-0.014 - x, 0))
+    )
+    assert [e.element for e in found.effects] == ["end_stop"]
+    assert found.verdict == Verdict.EXPLAINED
+    own = {e.name: e for e in found.model.elements}["end_stop"].values()
+    assert (own["z_max"], own["centre"]) == pytest.approx((0.011, -0.003), rel=0.05)
+
+
+def test_a_hydraulic_stop_at_one_end_is_that_and_no_damping_over_position() -> None:
+    def law(x: Floats, v: Floats) -> Floats:
+        return 2500.0 * v + 1.1e7 * np.maximum(x - 0.012, 0.0) * v * np.abs(v) ** 0.95
+
+    found = explained("hydraulic", law)
+    assert [e.element for e in found.effects] == ["hydraulic_bump_stop"]
+    assert {e.name: e for e in found.model.elements}["hydraulic_bump_stop"].values()["side"] == pytest.approx(
+        1.0, abs=0.05
+    )
+
+
 @pytest.mark.parametrize("centre", [-0.008, 0.005])
 def test_a_groove_to_one_side_is_damping_over_position(centre: float) -> None:
     found = explained("groove", lambda x, v: 2500.0 * v * (1.0 - 0.45 * np.exp(-(((x - centre) / 0.004) ** 2))))

@@ -225,10 +225,12 @@ ROWS: Final = (
         name="hydraulic_bump_stop",
         family=Family.DAMPING,
         title="hydraulic bump stop",
-        equation="f = q·max(0, |z| − z_max)·w·|w|",
+        equation="f = q·(1 + side·sgn(z))·max(0, |z| − z_max)·w·|w|",
         parameters=(
             ParameterSpec("q", "N·s²/m³", remedy=Remedy.SPEEDS),
             ParameterSpec("z_max", "m", limits=lambda s: (0.05 * s.x_max, s.x_max), remedy=Remedy.STROKE),
+            # As of an end stop: 1 in extension alone, −1 in compression.
+            ParameterSpec("side", "–", -1.0, high=1.0, default=0.0, refinement=True, bound_is_meant=True),
         ),
         starts=lambda s: [{"q": s.force / (s.v_rms**2 * s.x_max), "z_max": part * s.x_max} for part in (0.65, 0.85)],
         by_position=True,

@@ -79,7 +79,7 @@ ROWS: Final = (
         name="end_stop",
         family=Family.SPRING,
         title="end stop",
-        equation="f = (1 + side)·(k·o + k2·o²), o = z − z_max > 0; −(1 − side)·(k·o + k2·o²), o = −z_max − z > 0",
+        equation="f = s·(1 + s·side)·(k·o + k2·o²), o = max(0, |z − centre| − z_max), s = sgn(z − centre)",
         parameters=(
             ParameterSpec("k", "N/m", bound_is_meant=True, remedy=Remedy.FREQUENCY),  # one that hardens may begin soft
             ParameterSpec("z_max", "m", limits=lambda s: (0.05 * s.x_max, s.x_max), remedy=Remedy.STROKE),
@@ -95,6 +95,18 @@ ROWS: Final = (
                 shape="progressive",
                 remedy=Remedy.STROKE,
                 begins=lambda own, s: own["k"] / max(s.x_max - own["z_max"], CHANCE.visible * s.x_max),
+            ),
+            # Built in off the middle, a machine meets one end before the other.
+            ParameterSpec(
+                "centre",
+                "m",
+                UNBOUNDED,
+                default=0.0,
+                refinement=True,
+                late=True,
+                shape="off centre",
+                remedy=Remedy.STROKE,
+                begins=lambda own, s: 0.1 * own["z_max"],
             ),
             BESIDE_MOUNT,
         ),

@@ -195,17 +195,22 @@ def rebound_compression(q, at):
 class BumpStop(NamedTuple):
     q: float
     z_max: float
+    side: float
 
 
 @inlined
 def hydraulic_bump_stop(q, at):
-    """q·max(0, |z| − z_max)·w·|w|: an orifice that closes beyond a stroke."""
+    """q·(1 ± side)·max(0, |z| − z_max)·w·|w|: an orifice that closes beyond a stroke."""
     over, square = abs(at.z) - q.z_max, at.w * abs(at.w)
     if over <= 0.0:
-        return Force(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), BumpStop(0.0, 0.0)
-    f_z = q.q * square * (1.0 if at.z > 0.0 else -1.0)
-    force = Force(q.q * over * square, f_z, 2.0 * q.q * over * abs(at.w), 0.0, 0.0, 0.0, 0.0)
-    return force, BumpStop(over * square, -q.q * square)
+        return Force(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), BumpStop(0.0, 0.0, 0.0)
+    sgn = 1.0 if at.z > 0.0 else -1.0
+    part = 1.0 + sgn * q.side
+    strength = q.q * part
+    force = Force(
+        strength * over * square, sgn * strength * square, 2.0 * strength * over * abs(at.w), 0.0, 0.0, 0.0, 0.0
+    )
+    return force, BumpStop(part * over * square, -strength * square, sgn * q.q * over * square)
 
 
 class Tanh(NamedTuple):
@@ -282,9 +287,9 @@ def damping(code, p, o, at, dp, wanted):
         if wanted:
             dp[o], dp[o + 1], dp[o + 2] = by
     elif code == _BUMP_STOP:
-        force, by = hydraulic_bump_stop(BumpStop(p[o], p[o + 1]), at)
+        force, by = hydraulic_bump_stop(BumpStop(p[o], p[o + 1], p[o + 2]), at)
         if wanted:
-            dp[o], dp[o + 1] = by
+            dp[o], dp[o + 1], dp[o + 2] = by
     elif code == _REBOUND_COMPRESSION:
         force, by = rebound_compression(ReboundCompression(p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4]), at)
         if wanted:

@@ -92,18 +92,20 @@ class Stop(NamedTuple):
     z_max: float
     side: float
     k2: float
+    centre: float
 
 
 @inlined
 def stop(q, z):
-    """(1 ± side) (k o + k2 o²), o by how far z lies beyond ±z_max."""
-    f, f_z, by = 0.0, 0.0, Stop(0.0, 0.0, 0.0, 0.0)
-    if abs(z) > q.z_max:
-        sgn = 1.0 if z > 0 else -1.0
-        part, o = 1.0 + sgn * q.side, abs(z) - q.z_max
+    """(1 ± side) (k o + k2 o²), o by how far z lies farther than z_max from the centre."""
+    f, f_z, by = 0.0, 0.0, Stop(0.0, 0.0, 0.0, 0.0, 0.0)
+    y = z - q.centre
+    if abs(y) > q.z_max:
+        sgn = 1.0 if y > 0 else -1.0
+        part, o = 1.0 + sgn * q.side, abs(y) - q.z_max
         met = (q.k + q.k2 * o) * o
         f, f_z = sgn * part * met, part * (q.k + 2.0 * q.k2 * o)
-        by = Stop(sgn * part * o, -sgn * f_z, met, sgn * part * o * o)
+        by = Stop(sgn * part * o, -sgn * f_z, met, sgn * part * o * o, -f_z)
     return f, f_z, by
 
 
@@ -147,7 +149,7 @@ def spring(code, p, o, z, temperature, m, dp, wanted):
         if wanted:
             dp[o], dp[o + 1], dp[o + 2] = by
     else:
-        f, f_z, by = stop(Stop(p[o], p[o + 1], p[o + 2], p[o + 3]), z)
+        f, f_z, by = stop(Stop(p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4]), z)
         if wanted:
-            dp[o], dp[o + 1], dp[o + 2], dp[o + 3] = by
+            dp[o], dp[o + 1], dp[o + 2], dp[o + 3], dp[o + 4] = by
     return f, f_z, f_m
