@@ -77,7 +77,9 @@ def test_it_is_met_by_another_integrator_and_found_again_by_a_fit() -> None:
         channels={"displacement": m.x, "velocity": m.v, "force": force + 0.5 * rng.standard_normal(force.size)},
         units={"displacement": "m", "velocity": "m/s", "force": "N"}, design=None, events=(), path=None,
     )  # fmt: skip
-    off = model.with_values(model.values() * np.array([1.4, 0.6, 1.0, 0.7, 1.0, 1.2, 1.0]))
+    wrong = {"aerated_oil.air": 1.4, "aerated_oil.f_half": 0.6, "series_compliance.k": 0.7, f"{VALVE.id}.c": 1.2}
+    assert set(wrong) <= set(model.names())
+    off = model.with_values(model.values() * np.array([wrong.get(name, 1.0) for name in model.names()]))
     found = fit_records(off, [record_from_run(run)]).model
     values = {**found.element("aerated_oil").values(), **found.element("series_compliance").values()}
     assert values["air"] == pytest.approx(2e-3, rel=0.03)
