@@ -170,7 +170,7 @@ def _is_seen(base: Fit, records: Sequence[Record]) -> bool:
 
 def _hum_is_gone(result: SearchResult) -> bool:
     """Whether the model with all names leaves no tone, before or after it is fitted to the whole records beside one."""
-    without = result.found.fit.model, fit_final(result).without(TONE.name)
+    without = result.found.fit.model, fit_final(result)[1].without(TONE.name)
     return any(_find_hum(model, result.train) is None for model in without)
 
 
@@ -209,7 +209,7 @@ def _conclude(
 ) -> Explanation:
     """The explanation: everything fitted again to the whole records, judged, with the next test and the notes."""
     base = fit_records(result.base.model, result.train, max_iterations=BUDGET.fit_iterations)
-    result, final = without_harm(result, fit_final(result), base.model)
+    result, final = without_harm(*fit_final(result), base.model)
     traces = [
         _traces(r, given, base.model, final, held_out=held_out)
         for records, held_out in ((result.train, False), (result.held, True))

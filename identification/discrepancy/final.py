@@ -15,21 +15,21 @@ from identification.fitting.leastsquares import fit_records
 from identification.physical.model import Element, Model
 
 
-def fit_final(result: SearchResult) -> Model:
-    """The model with all names, fitted to the whole records.
+def fit_final(result: SearchResult) -> tuple[SearchResult, Model]:
+    """The result, and the model with all names, fitted to the whole records.
 
     Limits that only the search needed go where a value lies on one and the fit without them is better, with no value on
     a bound of its own: else it would have lost the element. A model that can't run along the whole records, or whose
-    sensitivity to a parameter grows without end there, stays as the search has fitted it.
+    sensitivity to a parameter grows without end there, stays as the search has fitted it; the result then says so.
     """
     base, found, hum = result.base.model, result.found, result.hum
     if not found.names and hum is None and found.fit.model == base:
-        return base
+        return result, base
     grown = found.fit.model if hum is None else found.fit.model.with_element(hum.element())
     try:
-        return _lasting(_fitted_to_all(grown, result), result)
+        return replace(result, as_searched=False), _lasting(_fitted_to_all(grown, result), result)
     except SimulationError:
-        return _lasting(grown, result)
+        return replace(result, as_searched=True), _lasting(grown, result)
 
 
 def _fitted_to_all(grown: Model, result: SearchResult) -> Model:
@@ -57,7 +57,7 @@ def without_harm(result: SearchResult, final: Model, base: Model) -> tuple[Searc
             searched = with_solver_error(result.found.fit, result.quiet).model
             return replace(result, as_searched=True), _lasting(searched, result)
         result = without_least_confident(result)
-        final = fit_final(result) if result.names else base
+        result, final = fit_final(result) if result.names else (replace(result, as_searched=False), base)
     in_vain = not result.names and excess_on(result.held, final) > limit
     return result, base if in_vain else final
 

@@ -123,8 +123,8 @@ def far_as_given(traces: Sequence[Traces]) -> list[str]:
 def of_search(as_searched: bool) -> list[str]:
     """Where the values of the named effects are not those that fit the whole runs."""
     return [
-        "fitted further, to the whole runs, the named effects miss the held-out runs by more than the refitted base: "
-        "their values are as the search found them"
+        "fitted further, to the whole runs, the named effects run away, or miss the held-out runs by more than the "
+        "refitted base: their values are as the search found them"
     ] * as_searched
 
 

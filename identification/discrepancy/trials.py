@@ -253,7 +253,8 @@ def trial_of(fit: Fit, own_id: str, start: Fit, records: Sequence[Record], scree
     """A fit as a trial of the element of that id in it, added to what `start` is a fit of."""
     own = fit.model.element(own_id)
     pairs = zip(own.parameters, own.spec.parameters, strict=True)
-    free = [not p.fixed and (bool(q.shape) or not q.refinement) for p, q in pairs]  # a shape is more than a detail
+    # Those of a finer shape count: a stop that hardens would be preferred to a gas spring of as many parameters.
+    free = [not p.fixed and (bool(q.shape) or not q.refinement) for p, q in pairs]
     whole, formed = contribution_and_form(fit.model, own_id, records)
     scales = scales_of(records, 0.0)
     return Trial(

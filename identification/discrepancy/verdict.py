@@ -49,7 +49,9 @@ class SearchResult:
     only_held_out: bool = False  # the held-out runs show a gap of the base, the fitted ones do not
     within: Search | None = None  # what a search beside the names found within the tolerance of their forms
     before: Search | None = None  # what an earlier search had named in the base, where it had
-    as_searched: bool = False  # the values are those of the search: fitted further, the held-out runs are worse
+    as_searched: bool = (
+        False  # the values are those of the search: fitted further, it runs away or the held-out runs are worse
+    )
 
     @property
     def names(self) -> tuple[str, ...]:

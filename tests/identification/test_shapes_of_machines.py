@@ -9,7 +9,9 @@ import pytest
 
 from identification.discrepancy import Verdict, explain
 from identification.discrepancy.explanation import Explanation
-from identification.physical.model import Model, element
+from identification.physical.model import Model, denies_its_name, element
+from identification.physical.simulate import simulate
+from tests.identification.motions import motion as sine
 from tests.identification.ordinary import RATE, Floats, campaign, motion, recorded
 
 BASE = Model(name="a dashpot", elements=(element("viscous_damping", {"c": 2000.0}),))
@@ -53,6 +55,40 @@ def rubs(e: float, memory: Floats, de: float, h: float) -> tuple[float, Floats]:
     y = memory[0]
     part = 1.0 - np.sign(de) * y / 60.0
     return 1.5e5 * e + y, memory + np.eye(5)[0] * 3e5 * de * np.sign(part) * abs(part) ** 1.5
+
+
+@pytest.mark.parametrize(
+    ("kind", "names", "branch"),
+    [
+        ("relaxing_compliance", {"k": "k1", "k2": "k2", "c2": "c2"}, {"k2": 4e5, "c2": 3e3}),
+        ("rubber_bush", {"k": "k", "c": "c", "k_slip": "k_slip", "f_slip": "f_slip"}, {"k_slip": 6e5, "f_slip": 60.0}),
+    ],
+)
+def test_a_compliance_with_a_branch_is_the_bush_that_has_it(
+    kind: str, names: dict[str, str], branch: dict[str, float]
+) -> None:
+    own = {"k": 8e5, "c": 300.0 if "c" in names else 0.0, **branch}
+    with_branch = Model(name="m", elements=(*BASE.elements, element("series_compliance", own)))
+    alike = Model(name="m", elements=(*BASE.elements, element(kind, {names[n]: own[n] for n in names})))
+    one, other = (simulate(m, sine(), gradient=True) for m in (with_branch, alike))
+    assert one.gradient is not None
+    assert other.gradient is not None
+    assert np.array_equal(one.force, other.force)
+    for name, its in names.items():
+        places = with_branch.names().index(f"series_compliance.{name}"), alike.names().index(f"{kind}.{its}")
+        np.testing.assert_allclose(one.gradient[:, places[0]], other.gradient[:, places[1]], rtol=1e-12)
+
+
+def test_a_compliance_has_one_branch_and_none_beside_a_play() -> None:
+    both = {"k2": 1e5, "c2": 1e3, "k_slip": 1e5, "f_slip": 50.0}
+    for more, others, denied in (
+        (both, (), True),
+        ({"k2": 1e5, "c2": 1e3}, (), False),
+        ({"k2": 1e5, "c2": 1e3}, (element("free_play", {"gap": 1e-3}),), True),
+        ({}, (element("free_play", {"gap": 1e-3}),), False),
+    ):
+        bush = element("series_compliance", {"k": 8e5, **more})
+        assert denies_its_name(bush, Model(name="m", elements=(*BASE.elements, bush, *others))) is denied
 
 
 @pytest.mark.parametrize("rubber", [relaxes, rubs])

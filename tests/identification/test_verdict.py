@@ -219,8 +219,11 @@ def test_a_model_that_can_not_run_along_the_whole_records_is_taken_back() -> Non
     model = result.found.fit.model
     found = replace(result.found, fit=replace(result.found.fit, model=model.with_element(grows)))
     away = replace(result, found=found, held=result.train)
-    assert fit_final(away).has("bouc_wen")
-    now, final = without_harm(away, fit_final(away), result.base.model)
+    kept, model = fit_final(away)
+    assert kept.as_searched
+    assert model.has("bouc_wen")
+    now, final = without_harm(kept, model, result.base.model)
+    assert not now.as_searched
     assert now.names == ()
     assert final == result.base.model
 

@@ -15,6 +15,7 @@ from identification.physical.elements.spec import (
     Remedy,
     Surroundings,
     Values,
+    of_shape,
 )
 
 _PROBE = "record the current at the coil with a probe of its own"
@@ -39,16 +40,7 @@ ROWS: Final = (
         parameters=(
             ParameterSpec("tau", "s", limits=lambda s: (0.0, 0.5 * s.duration), remedy=Remedy.FREQUENCY),
             # Of most coils a field falls faster than it rises, as the iron stays magnetised or the driver brakes.
-            ParameterSpec(
-                "fall",
-                "s",
-                default=0.0,
-                refinement=True,
-                late=True,
-                shape="coil",
-                remedy=Remedy.FREQUENCY,
-                begins=lambda own, s: 0.5 * own["tau"],
-            ),
+            of_shape("coil", "fall", "s", lambda own, s: 0.5 * own["tau"], remedy=Remedy.FREQUENCY),
         ),
         starts=lambda s: [{"tau": part * s.current_time} for part in (0.2, 1.0)],
         needs_current=True,
@@ -69,7 +61,7 @@ ROWS: Final = (
             ParameterSpec("tau_rise", "s", remedy=Remedy.FREQUENCY),
             ParameterSpec("tau_fall", "s", remedy=Remedy.FREQUENCY),
         ),
-        nameable=False,  # a lag with one time has a name
+        nameable=False,  # a lag of the control has a name, and a time of its own for the fall
         needs_current=True,
         memory=True,
         alias=Alias("a current amplifier that is slower one way", _PROBE),

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import Final
 
-from identification.physical.elements.spec import TINY, UNBOUNDED, Alias, ElementSpec, Family, ParameterSpec, Remedy
-
-
-def _of_zone(name: str, unit: str, neutral: float, low: float = 0.0) -> ParameterSpec:
-    return ParameterSpec(
-        name, unit, low, default=neutral, refinement=True, late=True, shape="zone", remedy=Remedy.STROKE,
-        begins=lambda own, s: {"gain": 0.2, "z_0": 0.0, "half": 0.6 * s.x_rms, "edge": 0.3 * s.x_rms}[name],
-    )  # fmt: skip
-
+from identification.physical.elements.spec import (
+    TINY,
+    UNBOUNDED,
+    Alias,
+    ElementSpec,
+    Family,
+    ParameterSpec,
+    Remedy,
+    of_shape,
+)
 
 ROWS: Final = (
     ElementSpec(
@@ -23,10 +24,10 @@ ROWS: Final = (
         parameters=(
             ParameterSpec("p", "1/m²", UNBOUNDED, remedy=Remedy.STROKE),
             # A zone of its own, as a groove or a bypass has: it need not lie in the middle.
-            _of_zone("gain", "–", 0.0, -1.0),
-            _of_zone("z_0", "m", 0.0, UNBOUNDED),
-            _of_zone("half", "m", 0.0),
-            _of_zone("edge", "m", 1.0, TINY),
+            of_shape("zone", "gain", "–", lambda own, s: 0.2, low=-1.0),
+            of_shape("zone", "z_0", "m", lambda own, s: 0.0, low=UNBOUNDED),
+            of_shape("zone", "half", "m", lambda own, s: 0.6 * s.x_rms),
+            of_shape("zone", "edge", "m", lambda own, s: 0.3 * s.x_rms, low=TINY, neutral=1.0),
         ),
         # Over the whole stroke; in a zone in the middle or to one side, narrow or wide.
         starts=lambda s: [

@@ -18,6 +18,7 @@ from identification.physical.elements.spec import (
     Remedy,
     Surroundings,
     Values,
+    of_shape,
 )
 
 if TYPE_CHECKING:
@@ -33,6 +34,10 @@ _BAR = "put a rigid bar in the place of the damper: what yields then is the rig'
 
 def _as_stiff_as_steel(compliance: Values, _: Values) -> bool:
     return compliance["k"] > FORM.contact * RIGID_STIFFNESS
+
+
+def _half_as_stiff(own: Values, _: Scales) -> float:
+    return 0.5 * own["k"]
 
 
 def _has_two_branches(own: Values, others: Sequence[ElementSpec]) -> bool:
@@ -89,52 +94,19 @@ ROWS: Final = (
             ),
             ParameterSpec("c", "N·s/m", default=0.0, bound_is_meant=True, remedy=Remedy.SPEEDS, place="c"),
             # What rubber does beside that: a part of its force relaxes (Zener), or rubs in it (Berg 1998).
-            ParameterSpec(
-                "k2",
-                "N/m",
-                default=0.0,
-                refinement=True,
-                late=True,
-                shape="relaxes",
-                place="k2",
-                remedy=Remedy.FREQUENCY,
-                begins=lambda own, s: 0.5 * own["k"],
-            ),
-            ParameterSpec(
+            of_shape("relaxes", "k2", "N/m", _half_as_stiff, place="k2", remedy=Remedy.FREQUENCY),
+            of_shape(
+                "relaxes",
                 "c2",
                 "N·s/m",
-                TINY,
-                default=1.0,
-                refinement=True,
-                late=True,
-                shape="relaxes",
+                lambda own, s: _half_as_stiff(own, s) * s.motion_time,
+                low=TINY,
+                neutral=1.0,
                 place="c2",
                 remedy=Remedy.SPEEDS,
-                begins=lambda own, s: 0.5 * own["k"] * s.motion_time,
             ),
-            ParameterSpec(
-                "k_slip",
-                "N/m",
-                TINY,
-                default=1.0,
-                refinement=True,
-                late=True,
-                shape="rubs",
-                place="k_slip",
-                remedy=Remedy.STROKE,
-                begins=lambda own, s: 0.5 * own["k"],
-            ),
-            ParameterSpec(
-                "f_slip",
-                "N",
-                default=0.0,
-                refinement=True,
-                late=True,
-                shape="rubs",
-                place="f_slip",
-                remedy=Remedy.STROKE,
-                begins=lambda own, s: FORM.minor * s.force,
-            ),
+            of_shape("rubs", "k_slip", "N/m", _half_as_stiff, low=TINY, neutral=1.0, place="k_slip"),
+            of_shape("rubs", "f_slip", "N", lambda own, s: FORM.minor * s.force, place="f_slip"),
         ),
         starts=lambda s: [{"k": s.force / (part * s.x_rms), "c": 0.0} for part in (0.005, 0.03, 0.15)],
         denied=_has_two_branches,

@@ -140,6 +140,24 @@ class ParameterSpec:
     beside: bool = False  # of a switch: at 1 the element acts beside the mount, which a model without one does not tell
 
 
+def of_shape(
+    shape: str,
+    name: str,
+    unit: str,
+    begins: Callable[[Values, Scales], float],
+    *,
+    low: float = 0.0,
+    neutral: float = 0.0,
+    place: Place | None = None,
+    remedy: Remedy = Remedy.STROKE,
+) -> ParameterSpec:
+    """A parameter of a finer shape that is sought once its element is named."""
+    return ParameterSpec(
+        name, unit, low, default=neutral, refinement=True, late=True, shape=shape, begins=begins, place=place,
+        remedy=remedy,
+    )  # fmt: skip
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ElementSpec:
     """One row of the catalogue."""

@@ -16,6 +16,7 @@ from identification.physical.elements.spec import (
     Family,
     ParameterSpec,
     Remedy,
+    of_shape,
 )
 
 ROWS: Final = (
@@ -86,28 +87,14 @@ ROWS: Final = (
             # Of most machines one end has the harder stop, or alone has one: 1 in extension, −1 in compression.
             ParameterSpec("side", "–", -1.0, high=1.0, default=0.0, refinement=True, bound_is_meant=True),
             # Rubber and foam harden as they are pressed: beginning with the whole force at the end of the stroke.
-            ParameterSpec(
+            of_shape(
+                "progressive",
                 "k2",
                 "N/m²",
-                default=0.0,
-                refinement=True,
-                late=True,
-                shape="progressive",
-                remedy=Remedy.STROKE,
-                begins=lambda own, s: own["k"] / max(s.x_max - own["z_max"], CHANCE.visible * s.x_max),
+                lambda own, s: own["k"] / max(s.x_max - own["z_max"], CHANCE.visible * s.x_max),
             ),
             # Built in off the middle, a machine meets one end before the other.
-            ParameterSpec(
-                "centre",
-                "m",
-                UNBOUNDED,
-                default=0.0,
-                refinement=True,
-                late=True,
-                shape="off centre",
-                remedy=Remedy.STROKE,
-                begins=lambda own, s: 0.1 * own["z_max"],
-            ),
+            of_shape("off centre", "centre", "m", lambda own, s: 0.1 * own["z_max"], low=UNBOUNDED),
             BESIDE_MOUNT,
         ),
         # The last two: a buffer at one end that hardens.
@@ -130,7 +117,7 @@ ROWS: Final = (
             ParameterSpec("k2", "N/m²", default=0.0, bound_is_meant=True, remedy=Remedy.STROKE),
             ParameterSpec("z_stop", "m", UNBOUNDED, remedy=Remedy.STROKE),
         ),
-        nameable=False,  # an end stop on both sides has a name
+        nameable=False,  # an end stop has a name, with a side and a k2
         linear_in_velocity=True,
     ),
 )
