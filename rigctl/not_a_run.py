@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 from pathlib import Path
 from typing import Final
 
@@ -28,9 +29,18 @@ def not_a_run(path: Path) -> str:
         return f"{path}: not a run file: make one of it with 'damper-rig import {path.name} -o {made}'"
     if ending == ".toml":
         return f"{path}: a TOML file where a run file is due: 'damper-rig design' and 'damper-rig run' take designs"
-    if ending == ".fmu" or start.lstrip().startswith(b"{"):
+    if ending == ".fmu" or _is_json(start):
         return f"{path}: a model where a run file is due: it stands before the runs"
     return (
         f"{path}: damaged or not an HDF5 file, or one with a user block: a run file is due; 'damper-rig import' "
         "makes one of the files of other programs"
     )
+
+
+def _is_json(start: bytes) -> bool:
+    """Whether a file that starts so may be a JSON object: text, with a brace first. One of random bytes is no text."""
+    try:
+        text = codecs.getincrementaldecoder("utf-8-sig")().decode(start)  # a character cut off at the end is none
+    except UnicodeDecodeError:
+        return False
+    return text.lstrip().startswith("{")

@@ -146,6 +146,7 @@ def test_an_output_that_cannot_be_written_is_said_before_a_file_is_read(tmp_path
         ("run.xlsx", b"PK\x03\x04", "make one of it with 'damper-rig import run.xlsx -o run.h5'"),
         ("run.toml", b"kind = 'sine'\n", "'damper-rig design'"),
         ("run.json", b'{"format": "damper-rig/model"}', "a model where a run file is due"),
+        ("run", '\ufeff{"name": "Dämpfer"}'.encode(), "a model where a run file is due"),
         ("run.bin", b"\x00\x01", "'damper-rig import' makes one"),
         ("folder", None, "a folder where a run file is due"),
     ],

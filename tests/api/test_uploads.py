@@ -15,6 +15,7 @@ from threading import Event, Thread
 from urllib.parse import urlsplit
 
 import httpx
+import numpy as np
 import pytest
 
 from api.app import create_app
@@ -87,7 +88,12 @@ def test_a_hostile_upload_is_refused_in_one_line(kind: str, client: httpx.Client
     assert files_below(data / "runs") == before
 
 
-@pytest.mark.parametrize("content", [b"", b"HDF5", os.urandom(1 << 16)], ids=["empty", "text", "random"])
+RANDOM = np.random.default_rng(20261128).bytes(1 << 16)
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"HDF5", RANDOM, b"{" + RANDOM], ids=["empty", "text", "random", "random behind a brace"]
+)
 def test_what_is_no_run_file_is_refused(content: bytes, client: httpx.Client) -> None:
     answer = client.post("/v1/runs", params={"name": "bad.h5"}, content=content)
     assert answer.status_code == 422

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from identification.discrepancy import explain
+from identification.physical.elements.equations.sensor import low_passed
 from identification.physical.model import Element, Model, element
 from identification.physical.simulate import simulate
 from rigctl.runfile import Run
@@ -84,3 +87,18 @@ def test_of_a_late_displacement_no_delay_of_the_current_is_named() -> None:
     [channel] = [e for e in found.model.elements if e.name == "force_delay"]
     assert channel.values()["tau"] == pytest.approx(-LATE, rel=0.03)
     assert channel.values()["late_motion"] == 1.0
+
+
+@pytest.mark.parametrize(("lag", "turn"), [(0.01, 0.0), (0.01, 0.02), (1e3, 0.0), (0.0, 1e3), (1e9, 1e9), (1e20, 1e20)])
+def test_a_low_pass_of_any_time_is_that_of_every_line_of_what_repeats(lag: float, turn: float) -> None:
+    """Its answer between samples is that of a signal that is linear there: near that of the line itself."""
+    period, dt = 200, 1e-3
+    t = dt * np.arange(2 * period)
+    inputs = replace(
+        motion(), dt=dt, **{n: np.zeros(t.size) for n in ("x", "v", "a", "i", "temperature")}, t=t, period=period
+    )
+    omega = 2.0 * np.pi / (period * dt)
+    gain = 1.0 / (1.0 + 1j * omega * lag - (omega * turn) ** 2)
+    expected = 3.0 + np.real(gain * np.exp(1j * omega * t))
+    found = low_passed(3.0 + np.cos(omega * t), lag, turn, inputs)
+    assert np.max(np.abs(found - expected)) < 1e-3 * abs(gain) + 1e-10

@@ -59,28 +59,30 @@ def low_passed(series: Floats, lag: float, turn: float, motion: Motion) -> Float
         return series
     b, a = _coefficients(lag / motion.dt, turn / motion.dt)
     rows = series.reshape(series.shape[0], -1)
-    out = np.empty_like(rows)
+    out, mean = np.empty_like(rows), np.zeros(rows.shape[1])
     with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the force it ends in
         if motion.period and rows.shape[0] >= motion.period:
+            mean = rows[: motion.period].mean(axis=0)  # which passes as it is; beside it a slow filter keeps its digits
+            rows = rows - mean
             state = _repeated(b, a, rows[: motion.period], out)
         else:
             ramp = rows[1] - rows[0]
             before = rows[0] - np.outer((1.0, 2.0), ramp)
             behind = before - lag / motion.dt * ramp
             state = np.array([b[1:] @ before - a[1:] @ behind, b[2] * before[0] - a[2] * behind[0]])
-    follow(b, a, state, rows, out)
-    return out.reshape(series.shape)
+        follow(b, a, state, rows, out)
+        return (out + mean).reshape(series.shape)
 
 
 def _repeated(b: Floats, a: Floats, period: Floats, out: Floats) -> Floats:
     """State (2, K) of a filter before a period, (P, K), that all those before were like: s = M^P·s + what one leaves.
 
-    `out`, (P, K) at least, is room for one period.
+    The least one where the filter forgets nothing in a period. `out`, (P, K) at least, is room for one.
     """
     left = np.zeros((2, period.shape[1]))
     follow(b, a, left, period, out[: period.shape[0]])
     kept = np.linalg.matrix_power(np.array([[-a[1], 1.0], [-a[2], 0.0]]), period.shape[0])
-    return np.linalg.solve(np.eye(2) - kept, left)
+    return np.asarray(np.linalg.pinv(np.eye(2) - kept) @ left)
 
 
 @lru_cache(maxsize=8)  # of the force, of its gradient, and of the next run at that rate
