@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -38,7 +38,7 @@ class Tangent:
 class Signature:
     """How much of the whitened residual energy one trial element explains, before any fit; `share` in 0 … 1."""
 
-    trial: Element
+    trial: Element  # of the sign of the residual, where it may have either
     share: float
     own: float  # share of the signature that is its own
 
@@ -100,7 +100,15 @@ def signature(model: Model, trial: Element, records: Sequence[Record], at: Tange
         return Signature(trial, 0.0, float(np.max(visible)))
     basis = orthonormal(left)
     share = float(np.sum((basis.T @ at.residual) ** 2) / max(float(at.residual @ at.residual), 1e-300))
-    return Signature(trial, share, float(visible[0]))
+    away = sane[0] and float(stacked[:, 0] @ at.residual) < 0.0  # the residual is what no refit absorbs
+    return Signature(_mirrored(trial) if away else trial, share, float(visible[0]))
+
+
+def _mirrored(trial: Element) -> Element:
+    """The trial with its strength of the other sign, where it has one that may be: a fit that has to cross zero loses
+    the shape there."""
+    pairs = zip(trial.spec.parameters, trial.parameters, strict=True)
+    return replace(trial, parameters=tuple(replace(p, value=-p.value) if s.signed else p for s, p in pairs))
 
 
 def screen(model: Model, trials: Sequence[Element], records: Sequence[Record], at: Tangent) -> list[Signature]:

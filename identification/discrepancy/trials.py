@@ -63,10 +63,13 @@ class _Round:
 
     def needs_more_starts(self, candidate: _Candidate) -> bool:
         """Whether other starts may help: near the best, or far short of what the signature explains."""
-        closed = 1.0 - excess_of(candidate.short_fit) / self.before
+        return self.is_stuck(candidate.short_fit, candidate) or self.is_near(candidate.short_fit, self.before)
+
+    def is_stuck(self, short_fit: Fit, candidate: _Candidate) -> bool:
+        """Whether a fit is far short of what the signature explains, and that is not little."""
+        closed = 1.0 - excess_of(short_fit) / self.before
         promising = candidate.promised >= BUDGET.half_as_good * (1.0 - self.best / self.before)
-        stuck = promising and closed < BUDGET.half_as_good * candidate.promised
-        return stuck or self.is_near(candidate.short_fit, self.before)
+        return promising and closed < BUDGET.half_as_good * candidate.promised
 
 
 def trials(
@@ -222,9 +225,11 @@ def _fit_candidate(candidate: _Candidate, its: _Round) -> Trial | None:
     """
     full, short_fits = its.needs_more_starts(candidate), [candidate.short_fit]
     if full:
-        short_fits += _completed_short_fits(
-            [*_other_starts(its.start.model, its.given, candidate.starts), *candidate.beside], its.few
-        )
+        tried = [*_other_starts(its.start.model, its.given, candidate.starts), *candidate.beside]
+        short_fits += _completed_short_fits(tried, its.few)
+        if its.is_stuck(min(short_fits, key=_merit), candidate):
+            every = [its.start.model.with_element(guess) for _, guess in candidate.starts[1:]]
+            short_fits += _completed_short_fits([m for m in every if m not in tried], its.few)
         if _has_no_effect(min(short_fits, key=_merit), its.before):
             # All ended on a bound: as the last resort, every guess on the base as given.
             short_fits += _completed_short_fits(

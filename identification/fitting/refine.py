@@ -38,8 +38,9 @@ def _shapes(own: Element, scales: Scales, *, late: bool) -> list[dict[int, Param
     """First values of each finer shape of an element, by their places."""
     ways: dict[str, dict[int, Parameter]] = {}
     for k, s in enumerate(own.spec.parameters):
-        if s.refinement and not (s.gain or s.switch) and s.late == late:
-            ways.setdefault(s.shape, {})[k] = _start(s, own.values(), scales)
+        first = _start(s, own.values(), scales) if s.refinement and not (s.gain or s.switch) else None
+        if first is not None and s.late == late:
+            ways.setdefault(s.shape, {})[k] = first
     return list(ways.values())
 
 
@@ -145,13 +146,15 @@ def with_shapes_of(model: Model, fitted: Model) -> Model:
     return replace(model, elements=tuple(elements))
 
 
-def _start(spec: ParameterSpec, own: Values, scales: Scales) -> Parameter:
+def _start(spec: ParameterSpec, own: Values, scales: Scales) -> Parameter | None:
     """First value and limits of a build-up: at zero its gradient vanishes, and a step that lands there would stay.
 
-    A share has a gradient there, and a lag that of a dead time. What has limits of the search starts between them.
+    A share has a gradient there, and a lag that of a dead time. What has limits of the search starts between them. None
+    where these records can't show it.
     """
     if spec.begins is not None:
-        return Parameter(value=spec.begins(own, scales))
+        first = spec.begins(own, scales)
+        return None if first is None else Parameter(value=first)
     if spec.limits is not None:
         low, high = spec.limits(scales)
         return Parameter(value=0.5 * (low + high), low=low, high=high)

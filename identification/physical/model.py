@@ -72,6 +72,12 @@ class Element:
         pairs = zip(self.spec.parameters, self.parameters, strict=True)
         return self.spec.memory or any(s.remembers and p.value != 0.0 for s, p in pairs)
 
+    @property
+    def warms(self) -> bool:
+        """Whether the force depends on the temperature."""
+        pairs = zip(self.spec.parameters, self.parameters, strict=True)
+        return self.spec.needs_temperature or any(s.warms and p.value != 0.0 for s, p in pairs)
+
     def value(self, parameter: str) -> float:
         """Value of one parameter by name."""
         return self.parameters[self.spec.index(parameter)].value

@@ -123,6 +123,7 @@ class _Layout:
     smooth_over: tuple[int, ...]  # places of the parameters without which the force jumps at rest
     gains: tuple[int, ...]  # places of the gains on the current
     warm: bool  # the force follows the temperature
+    warms: tuple[int, ...]  # places of the parameters with which it does where they are not zero
     by_velocity: bool  # the force follows from w alone where all gains are zero
     remembers: tuple[tuple[int, int], ...]  # elements that have a state where the parameter at that place is not zero
     sliders: tuple[tuple[int, int], ...]  # elements that are sliders where that is so
@@ -148,6 +149,7 @@ def _layout(names: tuple[str, ...]) -> _Layout:
         smooth_over=tuple(at for s, p, at in places if p.name == s.smooth_over),
         gains=tuple(at for _, p, at in places if p.gain),
         warm=any(s.needs_temperature for s in specs),
+        warms=tuple(at for _, p, at in places if p.warms),
         remembers=tuple(
             (k, int(o) + j)
             for k, (s, o) in enumerate(zip(specs, offsets, strict=False))
@@ -169,6 +171,7 @@ def core_of(names: tuple[str, ...], values: Floats, column: Integers) -> Core:
     names, values, column = _with_sliders(names, values, column)
     own = _layout(names)
     by_velocity = own.by_velocity and not any(values[k] for k in own.gains)
+    warm = own.warm or any(values[k] for k in own.warms)
     memory, only = own.memory, own.only
     if states := [k for k, at in own.remembers if values[at] != 0.0]:
         memory, only = memory.copy(), -1
@@ -185,7 +188,7 @@ def core_of(names: tuple[str, ...], values: Floats, column: Integers) -> Core:
         leans=any(values[k] != 0.0 or column[k] >= 0 for k in own.shares),
         remembers=bool(memory.any()),
         jumps=any(values[k] == 0.0 for k in own.smooth_over),
-        driven=EVERYTHING if own.modified or own.rare or own.warm else 0 if by_velocity else POSITION_AND_CURRENT,
+        driven=EVERYTHING if own.modified or own.rare or warm else 0 if by_velocity else POSITION_AND_CURRENT,
         only=only,
     )
 

@@ -177,7 +177,7 @@ def simulation_of(model: Model, *, gradient: bool | Mask = False) -> Simulation:
         ahead=sum(ahead_of_current(e.spec, v) for e, v in zip(sensor, values, strict=True)),
         columns=None if wanted is None else int(wanted.sum()),
         remembers=bool(mount) or any(e.remembers for e in (*model.on("control"), *core)),
-        warms=any(e.spec.needs_temperature for e in model.elements),
+        warms=any(e.warms for e in model.elements),
         growing=tuple(e for e in core if may_grow(e.name)),
     )
 

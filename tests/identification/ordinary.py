@@ -40,7 +40,7 @@ def recorded(
         "force": force + noise * rng.standard_normal(x.size),
         **(more or {}),
     }
-    units = {"displacement": "m", "force": "N", "current": "A"}
+    units = {"displacement": "m", "force": "N", "current": "A", "temperature": "degC"}
     return Run(
         run_id=f"{name}-{seed}", created="2026-01-01T00:00:00+00:00", specimen=name, sample_rate_hz=RATE,
         period_samples=0, excitation_kind="custom", status="complete", channels=channels,

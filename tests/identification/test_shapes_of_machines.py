@@ -1,8 +1,9 @@
-"""Buffers that harden, bushes of rubber, grooves to one side and coils have the name of their kind, and no other."""
+"""Buffers that harden, bushes of rubber, zones to one side, warm gas and coils have the name of their kind alone."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -140,11 +141,52 @@ def test_a_hydraulic_stop_at_one_end_is_that_and_no_damping_over_position() -> N
 @pytest.mark.parametrize("centre", [-0.008, 0.005])
 def test_a_groove_to_one_side_is_damping_over_position(centre: float) -> None:
     found = explained("groove", lambda x, v: 2500.0 * v * (1.0 - 0.45 * np.exp(-(((x - centre) / 0.004) ** 2))))
+    is_a_zone(found, centre, 5e-4)
+
+
+@pytest.mark.parametrize(
+    ("gain", "centre", "half"), [(-0.6, 0.004, 0.003), (-0.3, 0.0023, 0.0033), (1.0, -0.007, 0.004)]
+)
+def test_a_zone_with_sharp_ends_of_either_sign_is_damping_over_position(
+    gain: float, centre: float, half: float
+) -> None:
+    """From a first value of the other sign the fit crossed zero, where a zone has no place and no width."""
+    found = explained("hole", lambda x, v: 2500.0 * v * (1.0 + gain * (np.abs(x - centre) < half)))
+    own = is_a_zone(found, centre, 1e-4)
+    assert (own["gain"], own["half"]) == pytest.approx((gain, half), rel=0.03)
+
+
+def is_a_zone(found: Explanation, centre: float, within: float) -> dict[str, float]:
     assert [e.element for e in found.effects] == ["position_dependent_damping"]
     assert found.effects[0].confidence > 0.9
     assert found.verdict == Verdict.EXPLAINED
     own = {e.name: e for e in found.model.elements}["position_dependent_damping"].values()
-    assert own["z_0"] == pytest.approx(centre, abs=5e-4)
+    assert own["z_0"] == pytest.approx(centre, abs=within)
+    return own
+
+
+def test_a_gas_whose_pressure_follows_the_temperature_is_one_gas_spring() -> None:
+    runs = []
+    for k, size in enumerate(SIZES):
+        t, x, v = motion(k, size)
+        warm = 25.0 + 8.0 * k + 6.0 * t / t[-1]
+        force = 2500.0 * v - 400.0 * (warm + 273.15) / 298.15 * (1.0 + x / 0.06) ** -1.2
+        runs.append(recorded("warm gas", k, x, force, more={"temperature": warm}))
+    found = explain(BASE, runs[:4], runs[4:])
+    assert [e.element for e in found.effects] == ["gas_spring"]
+    assert found.effects[0].confidence > 0.9
+    assert found.held_out.final < 1.1 * found.held_out.noise_floor
+    own = {e.name: e for e in found.model.elements}["gas_spring"].values()
+    assert (own["f0"], own["warm"]) == pytest.approx((400.0, 1.0), rel=0.05)
+
+
+def test_a_gas_spring_that_warms_as_an_ideal_gas_is_the_element_of_that_name() -> None:
+    inputs = replace(sine(), temperature=np.linspace(5.0, 60.0, sine().x.size))
+    own = {"f0": 300.0, "length": 0.1, "n": 1.3}
+    finer = Model(name="m", elements=(*BASE.elements, element("gas_spring", {**own, "warm": 1.0})))
+    alike = Model(name="m", elements=(*BASE.elements, element("warm_gas_spring", {**own, "T_ref": 25.0})))
+    one, other = (simulate(m, inputs).force for m in (finer, alike))
+    np.testing.assert_allclose(one, other, rtol=1e-12)
 
 
 def test_a_coil_that_falls_faster_than_it_rises_is_a_lag_of_the_control() -> None:

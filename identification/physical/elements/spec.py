@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 Values = Mapping[str, float]
 Starts = Callable[["Scales"], Sequence[Values]]
 Limits = Callable[["Scales"], tuple[float, float]]
+Begins = Callable[[Values, "Scales"], float | None]
 
 Path = Literal["mount", "control", "core", "sensor"]
 PATHS: Final[tuple[Path, ...]] = ("mount", "control", "core", "sensor")
@@ -123,12 +124,14 @@ class ParameterSpec:
     refinement: bool = False  # finer than the canonical form: never free unless asked for, not written while neutral
     late: bool = False  # of a refinement: free only once the element is named; before, it would hide another one
     shape: str = ""  # of a refinement: those of one shape are free together, those of another one are tried apart
-    begins: Callable[[Values, Scales], float] | None = None  # first value of a refinement, out of the element's own
+    signed: bool = False  # a strength that may be of either sign: a first value takes that of the gap
+    begins: Begins | None = None  # first value of a refinement, out of the element's own; none where it can't be seen
     gain: bool = False  # acts through the current: zero, or out of a fit's reach, where there is none
     of_curves: bool = False  # a share of the size of all other damping curves together
     preload: bool = False  # a constant force is part of what it makes: no motion tells the two apart
     outside: bool = False  # a constant force that is no part of the dissipative sum
     remembers: bool = False  # the element carries a state where this is not zero
+    warms: bool = False  # its force follows the temperature where this is not zero
     place: Place | None = None  # of a mount's parameter: which part of spring, damper, gap and branch it is
     of_run: bool = False  # belongs to a run: estimated for each record, never fitted
     held: bool = False  # acts only as a product with another: fixed in what the search and the literature make
@@ -144,17 +147,19 @@ def of_shape(
     shape: str,
     name: str,
     unit: str,
-    begins: Callable[[Values, Scales], float],
+    begins: Begins,
     *,
     low: float = 0.0,
     neutral: float = 0.0,
+    signed: bool = False,
     place: Place | None = None,
+    warms: bool = False,
     remedy: Remedy = Remedy.STROKE,
 ) -> ParameterSpec:
     """A parameter of a finer shape that is sought once its element is named."""
     return ParameterSpec(
-        name, unit, low, default=neutral, refinement=True, late=True, shape=shape, begins=begins, place=place,
-        remedy=remedy,
+        name, unit, low, default=neutral, refinement=True, late=True, shape=shape, signed=signed, begins=begins,
+        place=place, warms=warms, remedy=remedy,
     )  # fmt: skip
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from identification.criteria import CHANCE
+from identification.criteria import CHANCE, FORM
 from identification.physical.elements.friction import BESIDE_MOUNT
 from identification.physical.elements.spec import (
     TINY,
@@ -44,7 +44,8 @@ ROWS: Final = (
         family=Family.SPRING,
         title="gas spring",
         # y is T/T0·(1 + z/length)^(n − 1): the energy of an ideal gas behind a wall (Els and Grobbelaar 1993).
-        equation="f = −f0·y·(1 + z/length)^(−n), dy/dt = heat·((1 + z/length)^(n − 1) − y); y = 1 without heat",
+        equation="f = −f0·(1 + warm·(T − 25)/298.15)·y·(1 + z/length)^(−n), "
+        "dy/dt = heat·((1 + z/length)^(n − 1) − y); y = 1 without heat",
         parameters=(
             ParameterSpec("f0", "N", preload=True),
             ParameterSpec("length", "m", TINY, limits=lambda s: (1.02 * s.x_max, 30.0 * s.x_max), remedy=Remedy.STROKE),
@@ -54,6 +55,15 @@ ROWS: Final = (
             ParameterSpec("heat", "1/s", default=0.0, refinement=True, remembers=True, remedy=Remedy.FREQUENCY),
             # How the gas came into a run: 0, out of a motion like that of the run; 1, out of rest where the run begins.
             ParameterSpec("rested", "–", high=1.0, default=0.0, refinement=True, bound_is_meant=True),
+            # 1 where the pressure of the gas follows the temperature that was recorded, less where it is cooler.
+            of_shape(
+                "warm",
+                "warm",
+                "–",
+                lambda own, s: 1.0 if s.warmth > FORM.varying_temperature else None,
+                warms=True,
+                remedy=Remedy.ANY,
+            ),
             BESIDE_MOUNT,
         ),
         starts=lambda s: [{"f0": s.gap, "length": part * s.x_max, "n": 1.3} for part in (2.5, 1.3)],
@@ -72,7 +82,7 @@ ROWS: Final = (
             ParameterSpec("n", "–", TINY, high=5.0, bound_is_meant=True, remedy=Remedy.STROKE),
             ParameterSpec("T_ref", "°C", -273.0, constant=25.0),
         ),
-        nameable=False,  # at one temperature it is a gas spring, which has a name
+        nameable=False,  # a gas spring has a name, with a `warm`
         linear_in_velocity=True,
         needs_temperature=True,
     ),

@@ -14,7 +14,7 @@ from identification.physical.elements.catalogue import code_of
 
 _STIFFNESS, _CUBIC = code_of("linear_stiffness"), code_of("cubic_stiffness")
 _GAS, _STOP, _PROGRESSIVE = code_of("gas_spring"), code_of("end_stop"), code_of("progressive_stop")
-_WARM_GAS, _KELVIN = code_of("warm_gas_spring"), 273.15
+_WARM_GAS, _KELVIN, _USUAL_C = code_of("warm_gas_spring"), 273.15, 25.0
 
 
 class Gas(NamedTuple):
@@ -23,12 +23,13 @@ class Gas(NamedTuple):
     n: float
     heat: float
     rested: float
+    warm: float
 
 
 @inlined
 def gas_of(p, o):
     """The parameters of a gas spring by name."""
-    return Gas(p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4])
+    return Gas(p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4], p[o + 5])
 
 
 class Rise(NamedTuple):
@@ -56,19 +57,22 @@ def tended_to(q, z):
 
 
 @inlined
-def gas(q, z, behind):
-    """−f0 y (1 + z/length)^(−n), y = (1 + z/length)^(n−1) + `behind`; its slopes by z and `behind`, its partials.
+def gas(q, z, temperature, behind):
+    """−f0 w y (1 + z/length)^(−n), y = (1 + z/length)^(n−1) + `behind`, w = 1 + warm (T − 25 °C)/298.15 K; its slopes by
+    z and `behind`, its partials.
 
     Where no heat passes the wall y is 1, and `behind`, a memory that it has not, 0.
     """
-    b = _opening(q, z)
-    g = b ** (-q.n)
+    b, warmer = _opening(q, z), (temperature - _USUAL_C) / (_USUAL_C + _KELVIN)
+    pressure = b ** (-q.n)
+    g = pressure * (1.0 + q.warm * warmer)
     rise = tended_to(q, z) if q.heat != 0.0 else Rise(1.0, 0.0, 0.0, 0.0)
     y = rise.y + behind
     slope = q.f0 * q.n * g / b * y
     f_y = -q.f0 * g
     by_length = f_y * rise.by_length - slope * z / (q.length * q.length)
-    by = Gas(-g * y, by_length, q.f0 * g * y * np.log(b) + f_y * rise.by_n, 0.0, 0.0)
+    by_warm = -q.f0 * pressure * warmer * y
+    by = Gas(-g * y, by_length, q.f0 * g * y * np.log(b) + f_y * rise.by_n, 0.0, 0.0, by_warm)
     return f_y * y, f_y * rise.by_z + slope / q.length, f_y, by
 
 
@@ -83,7 +87,7 @@ class WarmGas(NamedTuple):
 def warm_gas(q, z, temperature):
     """The same, its pressure in proportion to the absolute temperature."""
     scale, absolute = (temperature + _KELVIN) / (q.T_ref + _KELVIN), q.T_ref + _KELVIN
-    f, f_z, _, by = gas(Gas(q.f0 * scale, q.length, q.n, 0.0, 0.0), z, 0.0)
+    f, f_z, _, by = gas(Gas(q.f0 * scale, q.length, q.n, 0.0, 0.0, 0.0), z, _USUAL_C, 0.0)
     return f, f_z, WarmGas(by.f0 * scale, by.length, by.n, -f / absolute)
 
 
@@ -137,9 +141,9 @@ def spring(code, p, o, z, temperature, m, dp, wanted):
         if wanted:
             dp[o] = z * z * z
     elif code == _GAS:
-        f, f_z, f_m, by = gas(gas_of(p, o), z, m)
+        f, f_z, f_m, by = gas(gas_of(p, o), z, temperature, m)
         if wanted:
-            dp[o], dp[o + 1], dp[o + 2], dp[o + 3], dp[o + 4] = by
+            dp[o], dp[o + 1], dp[o + 2], dp[o + 3], dp[o + 4], dp[o + 5] = by
     elif code == _WARM_GAS:
         f, f_z, by = warm_gas(WarmGas(p[o], p[o + 1], p[o + 2], p[o + 3]), z, temperature)
         if wanted:
