@@ -58,8 +58,8 @@ def tended_to(q, z):
 
 @inlined
 def gas(q, z, temperature, behind):
-    """−f0 w y (1 + z/length)^(−n), y = (1 + z/length)^(n−1) + `behind`, w = 1 + warm (T − 25 °C)/298.15 K; its slopes by
-    z and `behind`, its partials.
+    """−f0 w y (1 + z/length)^(−n), y = (1 + z/length)^(n−1) + `behind`, w = 1 + warm (T − 25 °C)/298.15 K; its slopes
+    by z and `behind`, its partials.
 
     Where no heat passes the wall y is 1, and `behind`, a memory that it has not, 0.
     """
