@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from identification.criteria import CHANCE, FORM
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit
+from identification.physical.accuracy import numerical_error
 from identification.physical.model import Element, Model
 from identification.physical.predict import predict
 from identification.record import Record
@@ -41,6 +42,11 @@ def significant_excess(records: Sequence[Record]) -> float:
 def is_seen(excess: float, records: Sequence[Record]) -> bool:
     """Whether an excess is no noise and matters."""
     return excess > max(material_excess(records), significant_excess(records))
+
+
+def is_beyond_steps(excess: float, model: Model, records: Sequence[Record]) -> bool:
+    """Whether an excess is seen, and larger than what the steps of the solver leave of it."""
+    return is_seen(excess, records) and is_seen(excess - solver_error(model, records), records)
 
 
 def contribution(model: Model, name: str, records: Sequence[Record]) -> float:
@@ -102,6 +108,16 @@ def may_wander(left: float, constant: float) -> float:
     The zero of a load cell does: by FORM.minor of itself at most, FORM.minor² of its energy.
     """
     return min(left, FORM.minor**2 * constant)
+
+
+def solver_error(model: Model, records: Sequence[Record]) -> float:
+    """Whitened energy of what one step a sample carries the simulated force from the exact answer; none where half a
+    step fails."""
+    energy = 0.0
+    for r in records:
+        with suppress(SimulationError):
+            energy += _energy(numerical_error(model, r.motion).force[r.window], r)
+    return energy
 
 
 def _energy(force: Floats, record: Record) -> float:

@@ -16,6 +16,7 @@ from identification.discrepancy.excess import (
     form_error,
     material_excess,
     significant_excess,
+    solver_error,
     zero_wanders,
 )
 from identification.discrepancy.trials import trial_of, trials
@@ -241,7 +242,7 @@ def add_name(
 
 def _refine_curves(state: Search, records: Sequence[Record]) -> Search:
     """Free the finer shapes that the data show once the largest gap has closed."""
-    return _with_finer_shapes(state, records) if gap_remains(state, records) else state
+    return _with_finer_shapes(state, records) if is_beyond_form(state, records) else state
 
 
 def _with_finer_shapes(state: Search, records: Sequence[Record]) -> Search:
@@ -254,10 +255,20 @@ def _ratio_to_noise(state: Search) -> float:
 
 
 def gap_remains(state: Search, records: Sequence[Record]) -> bool:
+    """Whether the excess is beyond the form of the names, and larger than what the solver's steps leave beside that."""
+    known = _known(state, records)
+    return state.excess > known and state.excess > known + solver_error(state.fit.model, records)
+
+
+def is_beyond_form(state: Search, records: Sequence[Record]) -> bool:
     """Whether the excess is significant, matters, and is larger than the form error of the names and of a zero."""
+    return state.excess > _known(state, records)
+
+
+def _known(state: Search, records: Sequence[Record]) -> float:
     form = form_error(state.fit.model, state.names, records, state.base_excess - state.excess)
     form += zero_wanders(state.fit, records)
-    return state.excess > max(material_excess(records), significant_excess(records)) + form
+    return max(material_excess(records), significant_excess(records)) + form
 
 
 def append_name(state: Search, chosen: Trial, found: Sequence[Trial]) -> Search:

@@ -16,6 +16,7 @@ from identification.discrepancy.naming import (
     explains,
     gap_remains,
     improve_once,
+    is_beyond_form,
     search_from,
     steps,
 )
@@ -70,7 +71,7 @@ def is_better(other: Search, found: Search, records: Sequence[Record]) -> bool:
 
 def start_state(given: Model, base: Fit, records: Sequence[Record]) -> Search:
     """The state without a name, with the finer shapes that the base's own curves need."""
-    if gap_remains(Search(fit=base, names=(), excess=excess_of(base), given=given), records):
+    if is_beyond_form(Search(fit=base, names=(), excess=excess_of(base), given=given), records):
         base = refine_curves(base, records, gains=follows_current(given))
     start = excess_of(base)
     return Search(fit=base, names=(), excess=start, given=with_shapes_of(given, base.model), base_excess=start)

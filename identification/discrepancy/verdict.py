@@ -15,9 +15,11 @@ from identification.discrepancy.evidence import Evidence, gather, main_doubt
 from identification.discrepancy.excess import (
     excess_of,
     form_error,
+    is_beyond_steps,
     is_seen,
     material_excess,
     significant_excess,
+    solver_error,
     zero_wanders,
 )
 from identification.discrepancy.explanation import Effect, Gaps, Traces, Verdict, gaps_of
@@ -160,7 +162,8 @@ def test_is_worthwhile(judged: Judgement, runs: int) -> bool:
 
 def _verdict(result: SearchResult, held: Gaps) -> Verdict:
     if not result.names:
-        gap = is_seen(result.found.excess, result.quiet) and not _within_forms(result)
+        beyond = is_beyond_steps(result.found.excess, result.found.fit.model, result.quiet)
+        gap = beyond and not _within_forms(result)
         return Verdict.UNKNOWN_EFFECT if gap or result.only_held_out else Verdict.NO_DISCREPANCY
     left = result.within is not None or _left_over(result.found, result.hum, result.quiet) or not _carries_over(held)
     return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
@@ -173,14 +176,14 @@ def _within_forms(result: SearchResult) -> bool:
 
 
 def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> bool:
-    """Whether the excess is larger than noise and the form error of the names and of a zero explain."""
+    """Whether the excess is larger than noise, the form error of the names and of a zero, and the solver explain."""
     samples = sum(r.measured.size for r in records)
     form = form_error(found.fit.model, found.names, records, found.base_excess - found.excess)
     form += zero_wanders(found.fit, records)
     if hum is not None:
         form += FORM.tolerance**2 * sum(0.5 * hum.amplitude**2 * r.measured.size / r.sigma**2 for r in records)
     floor = max(material_excess(records), significant_excess(records), CHANCE.near_floor**2 * samples)
-    return found.excess > floor + form
+    return found.excess > floor + form and found.excess > floor + form + solver_error(found.fit.model, records)
 
 
 def _carries_over(held: Gaps) -> bool:
@@ -245,7 +248,9 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
     if (verdict == Verdict.NO_DISCREPANCY and not seen) or (verdict == Verdict.EXPLAINED and size < noise_floor):
         return ""
     if verdict == Verdict.EXPLAINED or seen:
-        return f"{size:.3g} N rms stays, within the tolerance of the canonical forms"
+        beyond = is_beyond_steps(found.excess, found.fit.model, records)
+        within = "the tolerance of the canonical forms" if beyond else "what one step of the solver a sample leaves"
+        return f"{size:.3g} N rms stays, within {within}"
     if verdict == Verdict.PARTLY_EXPLAINED and size < CHANCE.near_floor * noise_floor:
         return f"on the fitted runs the named effects leave {size:.3g} N rms beyond the noise"
     if result.only_held_out and not result.names:

@@ -31,7 +31,13 @@ def motion(seed: int, amplitude: float, seconds: float = 12.0) -> tuple[Floats, 
 
 
 def recorded(
-    name: str, seed: int, x: Floats, force: Floats, noise: float = 2.0, more: Mapping[str, Floats] | None = None
+    name: str,
+    seed: int,
+    x: Floats,
+    force: Floats,
+    noise: float = 2.0,
+    more: Mapping[str, Floats] | None = None,
+    rate: float = RATE,
 ) -> Run:
     """The run of a displacement and a force with their noise, and further channels as they are."""
     rng = np.random.default_rng([6, seed])
@@ -42,7 +48,7 @@ def recorded(
     }
     units = {"displacement": "m", "force": "N", "current": "A", "temperature": "degC"}
     return Run(
-        run_id=f"{name}-{seed}", created="2026-01-01T00:00:00+00:00", specimen=name, sample_rate_hz=RATE,
+        run_id=f"{name}-{seed}", created="2026-01-01T00:00:00+00:00", specimen=name, sample_rate_hz=rate,
         period_samples=0, excitation_kind="custom", status="complete", channels=channels,
         units={c: units[c] for c in channels}, design=None, events=(), path=None,
     )  # fmt: skip

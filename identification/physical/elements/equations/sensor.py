@@ -82,7 +82,10 @@ def _repeated(b: Floats, a: Floats, period: Floats, out: Floats) -> Floats:
     left = np.zeros((2, period.shape[1]))
     follow(b, a, left, period, out[: period.shape[0]])
     kept = np.linalg.matrix_power(np.array([[-a[1], 1.0], [-a[2], 0.0]]), period.shape[0])
-    return np.asarray(np.linalg.pinv(np.eye(2) - kept) @ left)
+    try:
+        return np.linalg.solve(np.eye(2) - kept, left)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.pinv(np.eye(2) - kept) @ left)
 
 
 @lru_cache(maxsize=8)  # of the force, of its gradient, and of the next run at that rate

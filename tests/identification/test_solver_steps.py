@@ -1,0 +1,58 @@
+"""What the steps of the solver leave is no effect that the model lacks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from identification.discrepancy import Verdict, explain
+from identification.models.motion import Motion
+from identification.physical.accuracy import numerical_error, simulate_within
+from identification.physical.model import Model, element
+from rigctl.runfile import Run
+from tests.identification.ordinary import recorded
+
+RATE = 100.0
+SIZES = (0.01, 0.02, 0.03, 0.015, 0.025)
+
+
+def joint(gap: float, stiffness: float, damping: float) -> Model:
+    """A dashpot with friction behind a bush in a worn joint, which meets hard between two samples."""
+    return Model(
+        name="a joint",
+        elements=(
+            element("free_play", {"gap": gap}),
+            element("series_compliance", {"k": stiffness, "c": 50.0}),
+            element("viscous_damping", {"c": damping}),
+            element("coulomb_friction", {"f_c": 20.0}),
+        ),
+    )
+
+
+def moved(k: int, size: float) -> Motion:
+    rng, t = np.random.default_rng([3, k]), np.arange(1500) / RATE
+    x, v, a = np.zeros((3, t.size))
+    for share, hz in ((0.7, 0.8 + rng.uniform(0.0, 0.4)), (0.3, 3.0 + rng.uniform(0.0, 1.5))):
+        turn, phase = 2.0 * np.pi * hz, rng.uniform(0.0, 6.0)
+        x = x + size * share * np.sin(turn * t + phase)
+        v = v + size * share * turn * np.cos(turn * t + phase)
+        a = a - size * share * turn**2 * np.sin(turn * t + phase)
+    return Motion(dt=1.0 / RATE, x=x, v=v, a=a, i=np.zeros(t.size), temperature=np.full(t.size, 25.0), t=t)
+
+
+def run(k: int, size: float, model: Model) -> Run:
+    motion = moved(k, size)
+    return recorded("joint", k, motion.x, simulate_within(model, motion, 1e-4).force, noise=0.3, rate=RATE)
+
+
+@pytest.mark.parametrize("values", [(1e-3, 2e5, 800.0), (5e-4, 6e5, 1500.0)])
+def test_of_a_model_that_is_the_machine_nothing_is_missing_though_samples_are_coarse(
+    values: tuple[float, float, float],
+) -> None:
+    model = joint(*values)
+    assert numerical_error(model, moved(0, SIZES[0])).rms > 0.6  # twice the noise
+    runs = [run(k, size, model) for k, size in enumerate(SIZES)]
+    found = explain(model, runs[:4], runs[4:])
+    assert found.verdict == Verdict.NO_DISCREPANCY
+    assert "one step of the solver a sample" in found.remainder
+    assert any("numerical error" in note for note in found.notes)
