@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.models.motion import Motion
+from identification.models.motion import Motion, is_step
 from identification.physical.model import Element, Model
 from identification.physical.simulate import simulate
 
@@ -88,7 +88,7 @@ def _halved(motion: Motion) -> Motion:
     if motion.period:
         x, v, a = (np.resize(_doubled(s[: motion.period]), 2 * motion.x.size) for s in (motion.x, motion.v, motion.a))
         t = motion.t[0] + 0.5 * dt * np.arange(x.size)
-        i = np.append(_between(motion.i, 0.5 * _pairs(motion.i)), motion.i[-1])
+        i = np.append(_between(motion.i, _half_way(motion.i)), motion.i[-1])
         warm = np.interp(t, motion.t, motion.temperature)
         return replace(motion, dt=0.5 * dt, x=x, v=v, a=a, i=i, temperature=warm, t=t, period=2 * motion.period)
     return replace(
@@ -97,11 +97,16 @@ def _halved(motion: Motion) -> Motion:
         x=_between(motion.x, 0.5 * _pairs(motion.x) - dt / 8.0 * np.diff(motion.v)),
         v=_between(motion.v, 1.5 * np.diff(motion.x) / dt - 0.25 * _pairs(motion.v)),
         a=_between(motion.a, np.diff(motion.v) / dt),
-        i=_between(motion.i, 0.5 * _pairs(motion.i)),
+        i=_between(motion.i, _half_way(motion.i)),
         temperature=_between(motion.temperature, 0.5 * _pairs(motion.temperature)),
         t=_between(motion.t, 0.5 * _pairs(motion.t)),
         period=0,
     )
+
+
+def _half_way(i: Floats) -> Floats:
+    """The current between every two samples, (N − 1,): the mean of both, and where it steps the first of them still."""
+    return np.where(is_step(i), i[:-1], 0.5 * _pairs(i))
 
 
 def _doubled(period: Floats) -> Floats:
