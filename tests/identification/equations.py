@@ -68,7 +68,9 @@ EQUATIONS: dict[str, Equation] = {
     "shim_stack_damping": lambda z, w, u, t, q: shims(w, q),
     "linear_stiffness": lambda z, w, u, t, q: q["k"] * z,
     "cubic_stiffness": lambda z, w, u, t, q: q["k3"] * z**3,
-    "gas_spring": lambda z, w, u, t, q: -q["f0"] * (1 + z / q["length"]) ** -q["n"],
+    "gas_spring": lambda z, w, u, t, q: (
+        -q["f0"] * (1 + q["warm"] * (t - 25) / 298.15) * (1 + z / q["length"]) ** -q["n"]
+    ),
     "warm_gas_spring": lambda z, w, u, t, q: (
         -q["f0"] * (t + 273.15) / (q["T_ref"] + 273.15) * (q["length"] / (q["length"] + z)) ** q["n"]
     ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 from identification.physical.elements.spec import (
@@ -24,7 +25,7 @@ ROWS: Final = (
         parameters=(
             ParameterSpec("p", "1/m²", UNBOUNDED, remedy=Remedy.STROKE),
             # A zone of its own, as a groove or a bypass has: it need not lie in the middle.
-            of_shape("zone", "gain", "–", lambda own, s: 0.2, low=-1.0, signed=True),
+            replace(of_shape("zone", "gain", "–", lambda own, s: 0.2, low=-1.0), signed=True),
             of_shape("zone", "z_0", "m", lambda own, s: 0.0, low=UNBOUNDED),
             of_shape("zone", "half", "m", lambda own, s: 0.6 * s.x_rms),
             of_shape("zone", "edge", "m", lambda own, s: 0.3 * s.x_rms, low=TINY, neutral=1.0),

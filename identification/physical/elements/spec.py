@@ -151,15 +151,13 @@ def of_shape(
     *,
     low: float = 0.0,
     neutral: float = 0.0,
-    signed: bool = False,
     place: Place | None = None,
-    warms: bool = False,
     remedy: Remedy = Remedy.STROKE,
 ) -> ParameterSpec:
     """A parameter of a finer shape that is sought once its element is named."""
     return ParameterSpec(
-        name, unit, low, default=neutral, refinement=True, late=True, shape=shape, signed=signed, begins=begins,
-        place=place, warms=warms, remedy=remedy,
+        name, unit, low, default=neutral, refinement=True, late=True, shape=shape, begins=begins, place=place,
+        remedy=remedy,
     )  # fmt: skip
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
 
 from identification.criteria import CHANCE, FORM
 from identification.physical.elements.friction import BESIDE_MOUNT
@@ -16,8 +17,18 @@ from identification.physical.elements.spec import (
     Family,
     ParameterSpec,
     Remedy,
+    Values,
     of_shape,
 )
+
+if TYPE_CHECKING:
+    from identification.scales import Scales
+
+
+def _follows_warmth(own: Values, scales: Scales) -> float | None:
+    """The pressure of an ideal gas follows the absolute temperature; none where that does not vary."""
+    return 1.0 if scales.warmth > FORM.varying_temperature else None
+
 
 ROWS: Final = (
     ElementSpec(
@@ -56,14 +67,7 @@ ROWS: Final = (
             # How the gas came into a run: 0, out of a motion like that of the run; 1, out of rest where the run begins.
             ParameterSpec("rested", "–", high=1.0, default=0.0, refinement=True, bound_is_meant=True),
             # 1 where the pressure of the gas follows the temperature that was recorded, less where it is cooler.
-            of_shape(
-                "warm",
-                "warm",
-                "–",
-                lambda own, s: 1.0 if s.warmth > FORM.varying_temperature else None,
-                warms=True,
-                remedy=Remedy.ANY,
-            ),
+            replace(of_shape("warm", "warm", "–", _follows_warmth, remedy=Remedy.ANY), warms=True),
             BESIDE_MOUNT,
         ),
         starts=lambda s: [{"f0": s.gap, "length": part * s.x_max, "n": 1.3} for part in (2.5, 1.3)],
