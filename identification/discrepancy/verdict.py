@@ -248,8 +248,8 @@ def _remainder(verdict: Verdict, result: SearchResult, regions: Sequence[Region]
     if (verdict == Verdict.NO_DISCREPANCY and not seen) or (verdict == Verdict.EXPLAINED and size < noise_floor):
         return ""
     if verdict == Verdict.EXPLAINED or seen:
-        beyond = is_beyond_steps(found.excess, found.fit.model, records)
-        within = "the tolerance of the canonical forms" if beyond else "what one step of the solver a sample leaves"
+        steps = is_seen(found.excess, records) and not is_beyond_steps(found.excess, found.fit.model, records)
+        within = "what one step of the solver a sample leaves" if steps else "the tolerance of the canonical forms"
         return f"{size:.3g} N rms stays, within {within}"
     if verdict == Verdict.PARTLY_EXPLAINED and size < CHANCE.near_floor * noise_floor:
         return f"on the fitted runs the named effects leave {size:.3g} N rms beyond the noise"

@@ -34,8 +34,9 @@ _VERDICTS = {
 
 _BUT_FOR_FORM = {
     "no_discrepancy": "With its parameters fitted, the simulation meets the data, but for what the canonical forms of "
-    "effects that an earlier search has named may miss of real ones.",
-    "explained": "The named effects close the gap, but for what their canonical forms may miss of real ones.",
+    "effects that an earlier search has named may miss of real ones, or the steps of the solver leave.",
+    "explained": "The named effects close the gap, but for what their canonical forms may miss of real ones, or the "
+    "steps of the solver leave.",
 }
 
 _STYLE = """

@@ -220,7 +220,7 @@ def test_every_command_has_help_with_an_example(capsys: pytest.CaptureFixture[st
 
 def test_help_comes_soon(tmp_path: Path) -> None:
     """0.25 s of a processor where a bare import of the parser takes 0.07: their ratio, the least of five of each, since
-    other programs may have half of the processors."""
+    other programs may have half of the processors. It is 3 to 4; half of the limit is for their noise."""
 
     def seconds(words: Sequence[str | Path]) -> float:
         before = os.times()
