@@ -7,10 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identification.criteria import FORM
 from identification.discrepancy import Verdict, explain
+from identification.discrepancy.excess import solver_error
 from identification.models.motion import Motion
 from identification.physical.accuracy import numerical_error, simulate_within
 from identification.physical.model import Model, element
+from identification.physical.simulate import simulate
+from identification.record import record_from_run
 from rigctl.runfile import Run
 from tests.identification.ordinary import recorded
 
@@ -75,3 +79,14 @@ def test_a_current_that_steps_is_held_between_samples_and_no_error_of_the_solver
         motion = replace(motion, x=x, v=v, a=a)
     between = replace(motion, i=np.full(1500, 1.0))
     assert numerical_error(model, motion).relative < 1e-6 + 2.0 * numerical_error(model, between).relative
+
+
+def test_the_steps_excuse_no_more_than_the_tolerance_of_form() -> None:
+    """Of a model that one step a sample carries far from its own answer nobody can say that it meets the data."""
+    model = joint(1e-3, 6e5, 1500.0)
+    slow = recorded("slow", 0, moved(0, 0.01).x[::6], simulate(model, moved(0, 0.01)).force[::6], rate=RATE / 6.0)
+    record = record_from_run(slow)
+    error = numerical_error(model, record.motion).force[record.window]
+    energy = record.measured.size * float(np.var(record.measured)) / record.sigma**2
+    assert float(np.dot(error, error)) / record.sigma**2 > FORM.tolerance**2 * energy
+    assert solver_error(model, [record]) == pytest.approx(FORM.tolerance**2 * energy)
