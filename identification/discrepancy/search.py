@@ -100,9 +100,13 @@ def near_given(last: Search, given: Model, base: Fit, records: Sequence[Record])
 
 
 def _second_choice(before: Search, after: Search, tried: Sequence[str], records: Sequence[Record]) -> Search | None:
-    """Add the best of the rivals of that step instead, except the names in `tried`; None where none closes enough."""
+    """Add the best of the rivals of that step instead, except the names in `tried`; None where none closes enough.
+
+    The name of that step is none of them, also where another one has taken its place since.
+    """
     move = after.moves[len(before.moves)]
-    chosen = choose([t for t in move.rivals if t.id not in tried and t.name not in before.refused])
+    out = {*before.refused, move.name}
+    chosen = choose([t for t in move.rivals if t.id not in tried and t.name not in out])
     if chosen is None or chosen.closed < FORM.helps * before.excess:
         return None
     return add_name(before, chosen, move.rivals, records)

@@ -223,15 +223,11 @@ def _effect(
     after: float,
     evidence: Evidence | None,
 ) -> Effect:
-    values = {
-        spec.name: (p.value, p.std, spec.unit)
-        for spec, p in zip(element.spec.parameters, element.parameters, strict=True)
-    }
     return Effect(
         element=element.name,
         path=element.spec.path,
         confidence=confidence,
-        parameters=values,
+        parameters={spec.name: (p.value, p.std, spec.unit) for spec, p in element.told},
         alternatives=alternatives,
         gap_before=max(without, after),
         gap_after=after,

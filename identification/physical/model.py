@@ -67,6 +67,12 @@ class Element:
         return CATALOGUE[self.name]
 
     @property
+    def told(self) -> list[tuple[ParameterSpec, Parameter]]:
+        """The parameters that say something: all but those of finer shapes that are held at nothing."""
+        pairs = zip(self.spec.parameters, self.parameters, strict=True)
+        return [(s, p) for s, p in pairs if not (s.refinement and p.fixed and p.value == s.default)]
+
+    @property
     def remembers(self) -> bool:
         """Whether the force depends on the past."""
         pairs = zip(self.spec.parameters, self.parameters, strict=True)

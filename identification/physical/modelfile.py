@@ -142,11 +142,7 @@ def model_to_json(model: Model) -> dict[str, Json]:
                     "element": e.name,
                     **({"id": e.id} if e.id in ids else {}),
                     **({"named": True} if e.named else {}),
-                    "parameters": {
-                        spec.name: _parameter_json(p)
-                        for spec, p in zip(e.spec.parameters, e.parameters, strict=True)
-                        if not (spec.refinement and p.fixed and p.value == spec.default)
-                    },
+                    "parameters": {spec.name: _parameter_json(p) for spec, p in e.told},
                 }
                 for e in model.on(path)
             ]

@@ -23,6 +23,7 @@ from api.cli.main import main
 from identification.discrepancy import Explanation, explain, report_data, write_report
 from identification.discrepancy.curves import page_data
 from identification.errors import OutputError, ReportFileError
+from identification.physical.modelfile import model_to_json
 from identification.report import draw_report, read_evidence, read_report, write_evidence
 from identification.report.page_data import GapMap, Interval, Words
 from tests.identification.sines import sine_run
@@ -105,6 +106,12 @@ def test_the_sheet_of_the_runs_is_kept_with_the_report_where_they_are_sines(name
     assert "The damper's characteristics" in report.read_text()
     assert page_data(named, runs=[]).sheet is None
     assert "The damper's characteristics" not in write_report(named, tmp_path / "without").read_text()
+
+
+def test_an_effect_is_told_by_the_values_that_the_model_file_holds(named: Explanation) -> None:
+    (effect,) = named.effects
+    (own,) = [e for e in model_to_json(named.model)["paths"]["core"] if e["element"] == effect.element]
+    assert effect.parameters.keys() == own["parameters"].keys() == {"k"}  # and no switch that is off
 
 
 def test_a_report_says_what_was_found(named: Explanation, folder: Path) -> None:

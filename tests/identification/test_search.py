@@ -38,6 +38,14 @@ def test_where_a_name_led_nowhere_the_second_choice_is_tried() -> None:
     assert naming.steps(astray) == [(bare, astray)]
 
 
+def test_the_second_choice_is_not_the_first_one_where_another_name_has_taken_its_place_since() -> None:
+    records, bare, found = first_trials()
+    right = next(t for t in found if t.name == "moving_mass")
+    since = naming.add_name(bare, right, found, records)
+    other = search._second_choice(bare, since, ["another_name"], records)
+    assert other is None or other.names != since.names
+
+
 def test_a_search_ends_where_another_one_has_been_unless_it_fits_better() -> None:
     records = records_with("moving_mass")
     base = fit_records(BASE, records)
