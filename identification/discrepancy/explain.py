@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
+from identification.compute.blas import one_blas_thread
 from identification.criteria import BUDGET, FORM
 from identification.datachecks import findings_in
 from identification.discrepancy.distortion import distortion_of
@@ -52,6 +53,7 @@ from rigctl.runfile import Run
 Progress = Callable[[str, float], None]
 
 
+@one_blas_thread()  # once: of a search in thousands of short tasks a tenth would be spent on setting it
 def explain(
     model: Model | None,
     runs: Sequence[Run],

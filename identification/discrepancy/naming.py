@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -71,6 +72,7 @@ class Search:
     before: Search | None = None  # as it was before the latest name
     dead_end: frozenset[str] | None = None  # ids of names that were tried instead without success
     refused: frozenset[str] = frozenset()  # names of elements that an earlier search found from here and did not state
+    helps: float = FORM.helps  # share of what is left that a further name must close
 
     @property
     def gone(self) -> frozenset[str]:
@@ -181,11 +183,15 @@ def improve_once(state: Search, records: Sequence[Record], revise: Revise | None
     """Add the best further name; None where none closes enough.
 
     Two frictions in one machine, a hysteresis among them, are one of another form: where a second would be added, the
-    step is repeated without them. `revise` checks the names so far when one has been added; by default `revise_names`.
+    step is repeated without them. None is tried beside one that an earlier search has named, which stays.
+    `revise` checks the names so far when one has been added; by default `revise_names`.
     """
-    improved = _add_best(state, records, revise=revise)
+    add = partial(_add_best, state, records, revise=revise, helps=state.helps)
+    if any(state.fit.model.element(n).spec.friction for n in state.earlier):
+        return add(excluded=_frictions())
+    improved = add()
     twice = improved is not None and sum(e.spec.friction for e in _named(improved)) > 1
-    return _add_best(state, records, excluded=_frictions(), revise=revise) if twice else improved
+    return add(excluded=_frictions()) if twice else improved
 
 
 def _frictions() -> list[str]:

@@ -18,7 +18,7 @@ from identification.discrepancy.naming import (
     steps,
 )
 from identification.discrepancy.needless import drop_departures, drop_preloads, merge_names
-from identification.discrepancy.search import search
+from identification.discrepancy.search import NOTHING, Beside, search
 from identification.discrepancy.verdict import drop_doubtful
 from identification.errors import ModelError, SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
@@ -66,22 +66,25 @@ def search_in_passes(
     """
     whole = records if whole is None else whole
     before, without = _named_before(base, records)
-    earlier = () if before is None else before.names
-    found, evidence, withheld = one_pass(given, base, earlier, (), records, held_out, report, is_enough)
+    gap = before is None or _gap_remains_on(whole, before, without)
+    beside = NOTHING if before is None else _beside(before, (), gap)
+    found, evidence, withheld = one_pass(given, base, beside, records, held_out, report, is_enough)
     grown, within, refused = bool(found.names), None, _refused(found, withheld)
-    if before is not None and grown and not _are_effects(found, evidence, before, without, whole, held_out):
+    if before is not None and grown and not (gap or _are_effects(found, evidence, before, held_out)):
         within = None if _are_curves(found) else found
-        found, evidence = replace(before, names=(), earlier=earlier, base_excess=before.excess), []
+        found, evidence = replace(before, names=(), earlier=beside.earlier, base_excess=before.excess), []
         grown = False
     while grown and len(found.names) < FORM.most_effects and not is_enough(found.fit.model):
         found, base, records = _elsewhere(found, base, records, _share_again(whole, found.fit.model))
         if not is_seen(found.excess, records):
             break
         report(f"searching for more beside {len(found.names)}")
-        more, new, doubtful = one_pass(found.fit.model, found.fit, found.names, refused, records, held_out, report)
+        gap = _gap_remains_on(whole, found, base)
+        beside = _beside(found, refused, gap)
+        more, new, doubtful = one_pass(found.fit.model, found.fit, beside, records, held_out, report)
         # Where no name is new, an element may be: how one named earlier departs from its ideal.
         grown, refused = more.fit.model.ids != found.fit.model.ids, _refused(more, doubtful)
-        if more.names and not _are_effects(more, new, found, base, whole, held_out):
+        if more.names and not (gap or _are_effects(more, new, found, held_out)):
             within = None if _are_curves(more) else more
             break
         withheld = list({e.name: e for e in (*withheld, *doubtful)}.values())
@@ -113,12 +116,17 @@ def _named_before(base: Fit, records: Sequence[Record]) -> tuple[Search | None, 
     return None, base
 
 
-def _are_effects(
-    more: Search, new: Sequence[Evidence], found: Search, base: Fit, whole: Sequence[Record], held: Sequence[Record]
-) -> bool:
-    """Whether names beside those found are effects of their own, and not how the forms of these depart; `base` is the
-    fit without any."""
-    return _gap_remains_on(whole, found, base) or _closes_the_rest(more, found, held) or _are_sure(new)
+def _beside(found: Search, refused: Sequence[str], gap: bool) -> Beside:
+    """What is asked of a name beside those found. Within the tolerance of their forms, where no gap remains, a name
+    that closes a minor part of the rest leads to none that count: together they must close nearly all, or each be
+    sure, and of three that do the first one closes more."""
+    return Beside(earlier=found.names, refused=frozenset(refused), helps=FORM.helps if gap else FORM.minor)
+
+
+def _are_effects(more: Search, new: Sequence[Evidence], found: Search, held: Sequence[Record]) -> bool:
+    """Whether names within the tolerance of the forms of those found are effects of their own, and not how these
+    forms depart."""
+    return _closes_the_rest(more, found, held) or _are_sure(new)
 
 
 def _share_again(whole: Sequence[Record], model: Model) -> list[Record]:
@@ -144,7 +152,7 @@ def _elsewhere(
         fit, base = fit_records(found.fit.model, others), fit_records(base.model, others)
     except SimulationError:
         return found, base, records
-    compared = {n: _beside(found.compared[n], fit, n, others) for n in found.names}
+    compared = {n: _compared_beside(found.compared[n], fit, n, others) for n in found.names}
     moved = replace(found, fit=fit, excess=excess_of(fit), base_excess=excess_of(base), compared=compared, before=None)
     return moved, base, others  # without the steps of the search, which were of other records
 
@@ -170,16 +178,14 @@ def _are_curves(more: Search) -> bool:
 def one_pass(
     given: Model,
     base: Fit,
-    earlier: Sequence[str],
-    refused: Sequence[str],
+    beside: Beside,
     records: Sequence[Record],
     held_out: Sequence[Record],
     report: Report,
     is_enough: Callable[[Model], bool] = lambda model: False,
 ) -> Found:
-    """One search beside `earlier` names of the base, without those `refused`: what stands of it, and the evidence for
-    what does and for what does not."""
-    found = search(given, base, records, earlier=earlier, refused=refused, on_progress=report, is_enough=is_enough)
+    """One search `beside` names of the base: what stands of it, and the evidence for what does and what does not."""
+    found = search(given, base, records, beside=beside, on_progress=report, is_enough=is_enough)
     stands, evidence, withheld = _standing(found, records, held_out)
     return stands, [e for e in evidence if e.name in stands.names], withheld
 
@@ -219,7 +225,7 @@ def _judged(found: Search, records: Sequence[Record], held_out: Sequence[Record]
 def _together(found: Search, more: Search, records: Sequence[Record]) -> Search:
     """One search that has found the names of two, of which the second had the first ones in its base."""
     earlier = {
-        n: min(own, _beside(own, more.fit, n, records), key=lambda c: excess_of(c.without))
+        n: min(own, _compared_beside(own, more.fit, n, records), key=lambda c: excess_of(c.without))
         for n, own in ((n, found.compared[n]) for n in found.names)
     }
     both = replace(
@@ -234,7 +240,7 @@ def _together(found: Search, more: Search, records: Sequence[Record]) -> Search:
     return drop_preloads(both, records)
 
 
-def _beside(compared: Compared, fit: Fit, name: str, records: Sequence[Record]) -> Compared:
+def _compared_beside(compared: Compared, fit: Fit, name: str, records: Sequence[Record]) -> Compared:
     """The comparison of an earlier name, with the fit that lacks only that."""
     without = fit_without(fit, name, records)
     return compared if without is None else replace(compared, without=without)

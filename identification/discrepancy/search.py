@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -27,24 +28,33 @@ from identification.physical.model import Model, Parameter
 from identification.record import Record
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Beside:
+    """What a search begins beside, and what it asks of a name."""
+
+    earlier: tuple[str, ...] = ()  # ids of elements of the base that a search before has named
+    refused: frozenset[str] = frozenset()  # names of elements that it found beside these and that were not stated
+    helps: float = FORM.helps  # share of what is left that a further name must close
+
+
+NOTHING: Final = Beside()
+
+
 def search(
     given: Model,
     base: Fit,
     records: Sequence[Record],
     *,
-    earlier: Sequence[str] = (),
-    refused: Collection[str] = (),
+    beside: Beside = NOTHING,
     on_progress: Callable[[str], None] | None = None,
     is_enough: Callable[[Model], bool] = lambda model: False,
 ) -> Search:
     """Name what `base` is missing on `records` (compact); from other starts too where a gap remains after the first,
     unless the model found until then `is_enough`.
-
-    `earlier` are ids of elements of the base that a search has named before, `refused` names of elements that it found
-    beside these and that were not stated.
     """
     report = on_progress or (lambda text: None)
-    start = replace(start_state(given, base, records), earlier=tuple(earlier), refused=frozenset(refused))
+    start = start_state(given, base, records)
+    start = replace(start, earlier=beside.earlier, refused=beside.refused, helps=beside.helps)
     last = search_from(start, records, report)
     found = drop_needless(last, records)
     searched = [last]
@@ -93,7 +103,7 @@ def near_given(last: Search, given: Model, base: Fit, records: Sequence[Record])
     held = limit_base(given)
     if _is_outside(base.model, held):
         near = start_state(held, fit_records(held, records), records)
-        near = replace(near, base_excess=last.base_excess, earlier=last.earlier, refused=last.refused)
+        near = replace(near, base_excess=last.base_excess, earlier=last.earlier, refused=last.refused, helps=last.helps)
         first = improve_once(near, records)
         if first is not None and first.excess < (1.0 - FORM.closes) * near.excess:
             yield "with the base near its given values", first

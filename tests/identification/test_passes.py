@@ -13,6 +13,7 @@ from identification.discrepancy.evidence import gather
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.naming import Search, append_name, gap_remains
 from identification.discrepancy.passes import search_in_passes
+from identification.discrepancy.search import NOTHING, Beside
 from identification.discrepancy.trials import trial_of
 from identification.fitting.leastsquares import fit_records
 from identification.physical.model import Model, element
@@ -33,9 +34,9 @@ class Told:
         self.refused: list[list[str]] = []
 
     def __call__(
-        self, given: Model, base: Any, earlier: Any, refused: Any, *_: Any
+        self, given: Model, base: Any, beside: Beside, *_: Any
     ) -> tuple[Any, ...]:  # Any: the signature of a pass
-        self.refused.append(list(refused))
+        self.refused.append(list(beside.refused))
         return self.answers.pop(0) if self.answers else (replace(self.last, names=()), [], [])
 
     last: Search
@@ -105,7 +106,7 @@ def test_an_earlier_step_that_leaves_much_less_than_what_stands_of_the_last_come
     mass, both = (found_with(*n, records=records) for n in (("moving_mass",), ("force_offset", "linear_stiffness")))
     base, found = fit_records(BASE, records), [both, replace(both, before=mass)]
     monkeypatch.setattr(PASSES, "search", lambda *_, **__: found.pop(0))
-    alone, (stands, evidence, _) = (PASSES.one_pass(BASE, base, (), (), records, records, str) for _ in range(2))
+    alone, (stands, evidence, _) = (PASSES.one_pass(BASE, base, NOTHING, records, records, str) for _ in range(2))
     assert alone[0].names == ("force_offset",)
     assert stands.names == ("moving_mass",)
     assert [e.name for e in evidence] == ["moving_mass"]
@@ -182,7 +183,7 @@ def test_a_name_that_shares_its_effect_with_a_later_one_stands_without_that(monk
     monkeypatch.setattr(PASSES, "search", lambda *_, **__: last)
     monkeypatch.setattr(PASSES, "drop_doubtful", lambda found, *_: judged[len(found.names)])
     monkeypatch.setattr(PASSES, "merge_names", lambda found, _: found)
-    stands, stated, withheld = PASSES.one_pass(BASE, fit_records(BASE, records), (), (), records, records, str)
+    stands, stated, withheld = PASSES.one_pass(BASE, fit_records(BASE, records), NOTHING, records, records, str)
     assert stands.names == ("force_offset", "linear_stiffness")
     assert [e.name for e in stated] == ["force_offset", "linear_stiffness"]
     assert withheld == []
