@@ -135,7 +135,8 @@ class Form:
     constant force; noise of a current beside its mean; scatter of a tone's
     amplitude, and the runs without it; what another element may leave more than the best one, where none fits well; a
     lag beside a dead time (its rise, 10 to 90 %, is then two thirds of that); travel over which a hysteresis turns
-    over, of the rms displacement; what a run leaves upside down, of what it leaves as it is. Half and double: as if the
+    over, of the rms displacement; what a run leaves upside down, of what it leaves as it is; what a name closes of a
+    rest that lies within the form of others, where it leads to none that count. Half and double: as if the
     scatter of each of these were known twice or half as well. A convention."""
 
     most_effects: int = 4

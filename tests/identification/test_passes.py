@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from identification.criteria import FORM
 from identification.discrepancy.evidence import gather
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.naming import Search, append_name, gap_remains
@@ -187,3 +188,24 @@ def test_a_name_that_shares_its_effect_with_a_later_one_stands_without_that(monk
     assert stands.names == ("force_offset", "linear_stiffness")
     assert [e.name for e in stated] == ["force_offset", "linear_stiffness"]
     assert withheld == []
+
+
+def test_what_lies_within_the_form_of_the_names_is_asked_for_more_than_a_minor_part(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    records = records_with("linear_stiffness")
+    found = found_with("linear_stiffness", records=records)
+    asked = list[Beside]()
+
+    def told(given: Model, base: Any, beside: Beside, *_: Any) -> tuple[Any, ...]:  # Any: the signature of a pass
+        asked.append(beside)
+        return (found if len(asked) == 1 else replace(found, names=()), [], [])
+
+    monkeypatch.setattr(PASSES, "one_pass", told)
+    monkeypatch.setattr(PASSES, "is_seen", lambda excess, records: True)
+    for gap in (True, False):
+        asked.clear()
+        monkeypatch.setattr(PASSES, "gap_remains", lambda search, records, gap=gap: gap)
+        search_in_passes(BASE, fit_records(BASE, records), records, records, str)
+        assert [b.helps for b in asked] == [FORM.helps, FORM.helps if gap else FORM.minor]
+        assert [b.earlier for b in asked] == [(), found.names]

@@ -13,6 +13,7 @@ from identification.discrepancy.choice import Trial
 from identification.discrepancy.excess import excess_of, material_excess, significant_excess
 from identification.discrepancy.naming import Search
 from identification.fitting.leastsquares import fit_records
+from identification.physical.elements import CATALOGUE
 from identification.physical.model import Element, element
 from identification.record import Record
 from tests.identification.specimens import AS_SIMULATED as BASE
@@ -252,3 +253,33 @@ def test_a_further_name_still_closes_much_after_simpler_ones_took_the_place_of_o
         return improved if closes else useless
 
     assert (naming.improve_once(state, records, revise=revise) is not None) == closes
+
+
+def test_a_name_must_close_as_much_as_is_asked_of_it() -> None:
+    _, bare, found = first_trials()
+    records = records_with("moving_mass")
+    best = min(found, key=lambda t: t.excess)
+    closes = 1.0 - best.excess / bare.excess
+    assert naming.improve_once(replace(bare, helps=0.5 * closes), records) is not None
+    assert naming.improve_once(replace(bare, helps=0.5 * (1.0 + closes)), records) is None
+
+
+def test_beside_a_friction_that_an_earlier_search_has_named_none_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    records = records_with("coulomb_friction")
+    named = found_with("coulomb_friction", records=records)
+    tried = list[set[str]]()
+    inner = naming.trials
+
+    def watched(*arguments: object, **options: object) -> list[Trial]:
+        found = inner(*arguments, **options)
+        tried.append({t.name for t in found})
+        return found
+
+    monkeypatch.setattr(naming, "trials", watched)
+    bare = Search(fit=fit_records(BASE, records), names=(), excess=named.base_excess, given=BASE)
+    naming.improve_once(bare, records)
+    beside = replace(named, names=(), earlier=named.names, base_excess=named.excess, before=None, compared={}, moves=())
+    naming.improve_once(beside, records)
+    assert "coulomb_friction" in tried[0]
+    assert len(tried) == 2, "one round, and not a second one without frictions"
+    assert not {t for t in tried[1] if CATALOGUE[t].friction}
