@@ -48,6 +48,8 @@ class Database:
             When a later version of this program made its schema; nothing is changed then.
         """
         self.engine = _engine(url)
+        self._closed = False
+        event.listen(self.engine, "checkin", self._given_back)
         self.sightings = Sightings(clock)
         self._joined = local()  # .connection: of the transaction that this thread is in, by `together`
         if not migrates:
@@ -68,7 +70,13 @@ class Database:
         self.close()
 
     def close(self) -> None:
+        """Close what is idle; a connection that another thread still uses is closed when that gives it back."""
+        self._closed = True
         self.engine.dispose()
+
+    def _given_back(self, _: object, record: ConnectionPoolEntry) -> None:
+        if self._closed:  # its pool is gone: it would stay open until it is collected
+            record.close()
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:

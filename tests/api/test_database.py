@@ -25,6 +25,16 @@ def test_the_migrations_build_exactly_the_tables_that_the_store_uses(database: D
         assert compare_metadata(MigrationContext.configure(connection), METADATA) == []
 
 
+def test_a_connection_that_is_in_use_while_a_store_is_closed_is_closed_when_it_is_given_back(database_url: str) -> None:
+    with Database(database_url) as database, database.reading() as connection:
+        driven = connection.connection.dbapi_connection
+        assert driven is not None
+        database.close()
+        assert connection.execute(text("SELECT 1")).scalar() == 1
+    with pytest.raises(Exception, match="clos"):
+        driven.cursor()
+
+
 def test_opening_a_store_again_keeps_what_it_holds(database_url: str, body: dict[str, Any]) -> None:
     with Database(database_url) as database:
         campaign = CampaignStore(database).create(NewCampaign(**body))
