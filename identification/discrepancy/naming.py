@@ -73,6 +73,7 @@ class Search:
     dead_end: frozenset[str] | None = None  # ids of names that were tried instead without success
     refused: frozenset[str] = frozenset()  # names of elements that an earlier search found from here and did not state
     helps: float = FORM.helps  # share of what is left that a further name must close
+    others: tuple[Search, ...] = ()  # where the search from other starts ended
 
     @property
     def gone(self) -> frozenset[str]:

@@ -199,16 +199,21 @@ def _refused(stands: Search, withheld: Sequence[Evidence]) -> list[str]:
 
 def _standing(found: Search, records: Sequence[Record], held_out: Sequence[Record]) -> Found:
     """The names of a search that stand; where none of the last step stands, those of the latest one of which one does;
-    and those of an earlier step where one stands beside all these, or which leave much less.
+    and those of an earlier step, or of a search from another start, where one stands beside all these, or which leave
+    much less.
 
     A name that stood alone may have been exchanged for one that fits only beside a name that does not stand, or share
-    its effect with one that came after it.
+    its effect with one that came after it. Two searches that leave alike, of which one has names that stand, differ by
+    what is taken back of the other.
     """
-    first = stands, _, withheld = _judged(found, records, held_out)
+    best = stands, _, withheld = _judged(found, records, held_out)
     if stands.names and not withheld:
-        return first
-    judged = (_judged(before, records, held_out) for before, _ in steps(found) if _says_more(before, stands))
-    return next((j for j in judged if _says_more(j[0], stands)), first)
+        return best
+    for other in (*(before for before, _ in steps(found)), *found.others):
+        if _says_more(other, best[0]):
+            judged = _judged(other, records, held_out)
+            best = judged if _says_more(judged[0], best[0]) else best
+    return best
 
 
 def _says_more(other: Search, stands: Search) -> bool:

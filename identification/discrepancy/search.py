@@ -57,7 +57,7 @@ def search(
     start = replace(start, earlier=beside.earlier, refused=beside.refused, helps=beside.helps)
     last = search_from(start, records, report)
     found = drop_needless(last, records)
-    searched = [last]
+    searched, others = [last], list[Search]()
     beyond_form = gap_remains(last, records)
     starts = (other_starts if beyond_form else near_given)(last, given, base, records)
     while is_seen(found.excess, records) and not is_enough(found.fit.model):
@@ -69,8 +69,9 @@ def search(
         searched.append(search_from(start, records, report, searched))
         other = drop_needless(searched[-1], records)
         if is_better(other, found, records):
-            found = restore_limits(other, given)
-    return found
+            found, other = other, found
+        others.append(restore_limits(other, given))
+    return replace(restore_limits(found, given), others=tuple(others)) if others else found
 
 
 def is_better(other: Search, found: Search, records: Sequence[Record]) -> bool:

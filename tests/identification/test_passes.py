@@ -98,14 +98,24 @@ def test_what_a_search_found_from_the_names_that_stand_is_refused_in_the_next_pa
     assert told.refused == [[], refused]
 
 
-def test_an_earlier_step_that_leaves_much_less_than_what_stands_of_the_last_comes_back(
-    monkeypatch: pytest.MonkeyPatch,
+def after_a_step(found: Search, better: Search) -> Search:
+    return replace(found, before=better)
+
+
+def beside_another_start(found: Search, better: Search) -> Search:
+    return replace(found, others=(better,))
+
+
+@pytest.mark.parametrize("where", [after_a_step, beside_another_start])
+def test_names_that_leave_much_less_than_what_stands_of_the_search_take_their_place(
+    where: Callable[[Search, Search], Search], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A mass, of which most is made, was exchanged for an offset beside a spring, and the spring does not stand."""
+    """A mass, of which most is made, was exchanged for an offset beside a spring, or another start has come to it; and
+    the spring does not stand."""
     runs = [run("moving_mass", k, seed=3) for k in (0, 1, 2, 4)]
     records = [compact(record_from_run(with_channel(r, "force", r.channels["force"] + 6.0, "N"))) for r in runs]
     mass, both = (found_with(*n, records=records) for n in (("moving_mass",), ("force_offset", "linear_stiffness")))
-    base, found = fit_records(BASE, records), [both, replace(both, before=mass)]
+    base, found = fit_records(BASE, records), [both, where(both, mass)]
     monkeypatch.setattr(PASSES, "search", lambda *_, **__: found.pop(0))
     alone, (stands, evidence, _) = (PASSES.one_pass(BASE, base, NOTHING, records, records, str) for _ in range(2))
     assert alone[0].names == ("force_offset",)

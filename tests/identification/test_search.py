@@ -47,6 +47,19 @@ def test_the_second_choice_is_not_the_first_one_where_another_name_has_taken_its
     assert other is None or other.names != since.names
 
 
+def test_where_a_search_from_another_start_ended_is_kept_beside_what_it_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    records, bare, found = first_trials()
+    wrong, right = (f(found, key=lambda t: t.excess) for f in (max, min))
+    ends = [naming.add_name(bare, t, found, records) for t in (wrong, right)]
+    monkeypatch.setattr(search, "search_from", lambda *_: ends.pop(0))
+    monkeypatch.setattr(search, "other_starts", lambda *_: iter([("once more", bare)]))
+    best = search.search(BASE, bare.fit, records, is_enough=lambda model: model.has(right.name))
+    assert best.names == (right.id,)
+    assert [other.names for other in best.others] == [(wrong.id,)]
+
+
 def test_a_search_ends_where_another_one_has_been_unless_it_fits_better() -> None:
     records = records_with("moving_mass")
     base = fit_records(BASE, records)
