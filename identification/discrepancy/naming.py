@@ -226,11 +226,15 @@ def _add_best(
     revise: Revise | None = None,
     helps: float = FORM.helps,
 ) -> Search | None:
-    """Add the best of all names; None where it, or the search with it, does not close the share `helps`."""
+    """Add the best of all names; None where it, or the search with it, does not close the share `helps`, and where it
+    is far behind a refused one, whose place it would only take: the next revision brings that back."""
     least = BUDGET.half_as_good * helps
     found = trials(state.fit, given_with_names(state), records, least=least, excluded=excluded)
     chosen = choose([t for t in found if t.name not in state.gone])
     if chosen is None or state.excess - chosen.excess < helps * state.excess:
+        return None
+    refused = choose([t for t in found if t.name in state.refused])
+    if refused is not None and _is_far_behind(chosen, refused):
         return None
     improved = add_name(state, chosen, found, records, revise)
     more = len(improved.names) > len(state.names)  # where simpler names then took the place of others, still one more?
@@ -401,9 +405,9 @@ def _is_better(best: Trial, name: str, found: Sequence[Trial], state: Search) ->
     return simpler or best.excess < state.excess - tolerance(best) - CHANCE.slack
 
 
-def _is_far_behind(best: Trial, state: Search) -> bool:
+def _is_far_behind(best: Trial, refused: Search | Trial) -> bool:
     """Whether the best of those that may take the place of a refused name leaves several times as much as that does."""
-    return best.excess > BUDGET.far_behind * max(state.excess, own_form(best) + CHANCE.slack)
+    return best.excess > BUDGET.far_behind * max(refused.excess, own_form(best) + CHANCE.slack)
 
 
 def fit_without(fit: Fit, name: str, records: Sequence[Record]) -> Fit | None:

@@ -47,6 +47,18 @@ def test_the_second_choice_is_not_the_first_one_where_another_name_has_taken_its
     assert other is None or other.names != since.names
 
 
+def test_nothing_takes_the_place_of_a_refused_name_that_is_far_better() -> None:
+    records, bare, found = first_trials()
+    refuses = replace(bare, refused=frozenset({"moving_mass"}))
+    assert naming.improve_once(refuses, records) is None
+    near = [t.name for t in found if t.name != "moving_mass" and t.excess < 0.9 * bare.excess]
+    assert near, "others would have closed something"
+    no_better = replace(bare, refused=frozenset({max(found, key=lambda t: t.excess).name}))
+    improved = naming.improve_once(no_better, records)
+    assert improved is not None
+    assert improved.names == ("moving_mass",)
+
+
 def test_where_a_search_from_another_start_ended_is_kept_beside_what_it_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
