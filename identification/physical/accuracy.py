@@ -87,9 +87,10 @@ def _halved(motion: Motion) -> Motion:
     dt = motion.dt
     if motion.period:
         x, v, a = (np.resize(_doubled(s[: motion.period]), 2 * motion.x.size) for s in (motion.x, motion.v, motion.a))
-        t = motion.t[0] + 0.5 * dt * np.arange(x.size)
+        # As they are: the times of a mean period are not the steps of its clock.
+        t = np.append(_between(motion.t, 0.5 * _pairs(motion.t)), motion.t[-1] + 0.5 * dt)
         i = np.append(_between(motion.i, _half_way(motion.i)), motion.i[-1])
-        warm = np.interp(t, motion.t, motion.temperature)
+        warm = np.append(_between(motion.temperature, 0.5 * _pairs(motion.temperature)), motion.temperature[-1])
         return replace(motion, dt=0.5 * dt, x=x, v=v, a=a, i=i, temperature=warm, t=t, period=2 * motion.period)
     return replace(
         motion,

@@ -14,7 +14,7 @@ from identification.models.motion import Motion
 from identification.physical.accuracy import numerical_error, simulate_within
 from identification.physical.model import Model, element
 from identification.physical.simulate import simulate
-from identification.record import record_from_run
+from identification.record import compact, record_from_run
 from rigctl.runfile import Run
 from tests.identification.ordinary import recorded
 
@@ -79,6 +79,21 @@ def test_a_current_that_steps_is_held_between_samples_and_no_error_of_the_solver
         motion = replace(motion, x=x, v=v, a=a)
     between = replace(motion, i=np.full(1500, 1.0))
     assert numerical_error(model, motion).relative < 1e-6 + 2.0 * numerical_error(model, between).relative
+
+
+def test_a_drift_along_the_mean_of_periods_is_no_error_of_the_solver() -> None:
+    """The times of a mean period are later than the steps of its clock say: a drift between them was taken for one."""
+    turn = 2.0 * np.pi * np.arange(400) / 400
+    x = np.tile(0.02 * np.sin(turn) + 0.004 * np.sin(3 * turn), 12)
+    force = 800.0 * np.gradient(x) * RATE + 2.0 * np.arange(x.size) / RATE
+    record = record_from_run(replace(recorded("drift", 0, x, force, noise=0.1, rate=RATE), period_samples=400))
+    model = Model(
+        name="a load cell that drifts",
+        elements=(element("viscous_damping", {"c": 800.0, "c_control": 0.0}), element("force_drift", {"rate": 2.0})),
+    )
+    assert record.period == 400
+    assert numerical_error(model, compact(record).motion).relative < 1e-6
+    assert solver_error(model, [compact(record)]) < 1e-3
 
 
 def test_the_steps_excuse_no_more_than_the_tolerance_of_form() -> None:
