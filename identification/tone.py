@@ -173,8 +173,8 @@ def refined(coarse: float, near: Sequence[Near], sights: Sequence[Sight], reach:
 
 
 def _common_power(grid: Floats, near: Sequence[Near], sights: Sequence[Sight]) -> Floats:
-    """Mean power of a tone at each frequency (K,), by what is left of it, (K,), N²; of the records whose sine hides none
-    there. One that its periods take away tells that it is not larger, and counts."""
+    """Mean power of a tone at each frequency (K,), by what is left of it, (K,), N²; of the records whose sine hides
+    none there. One that its periods take away tells that it is not larger, and counts."""
     power, weight = np.zeros(grid.size), np.zeros(grid.size)
     for n, s in zip(near, sights, strict=True):
         left = np.array([s.left(f) for f in grid])

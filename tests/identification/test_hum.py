@@ -78,7 +78,7 @@ def test_a_run_in_step_with_a_tone_does_not_hide_that_of_the_others_and_loses_it
 
 @pytest.mark.parametrize("away", [-1.7, 0.4, 1.7])
 def test_runs_whose_harmonics_hide_a_tone_do_not_draw_it_to_where_they_would_show_it(away: float) -> None:
-    """`away` lines from the tone lies a harmonic of most sines; two lines from that they see what is beside the tone."""
+    """`away` lines from the tone lies a harmonic of most sines; two lines from that they see what is beside it."""
     line = RATE_HZ / SAMPLES
     records = [a_record(period=0, sine_hz=(50.0 + away * line) / order) for order in (19, 20, 21, 22, 23, 24)]
     records += [a_record(period=0, sine_hz=h) for h in (2.371, 3.137)]
