@@ -59,7 +59,7 @@ def _evidence(found: Search, name: str, records: Sequence[Record], held_out: Seq
         spread=spread_of(strength, precision),
         runs=seen_by(precision),
         left_beside=left,
-        left_held_out=_left_on(held_out, model, found.compared[name].without.model, left),
+        left_held_out=_left_on(held_out, name, model, found.compared[name].without.model, left),
         margin=margin_of(rivals),
         own_share=own_share,
         beside_curve=beside_a_curve(found, name),
@@ -77,11 +77,15 @@ def _evidence(found: Search, name: str, records: Sequence[Record], held_out: Seq
     )
 
 
-def _left_on(records: Sequence[Record], model: Model, without: Model, unseen: float) -> float:
-    """Share of what is missing on records without a name that is left with it; `unseen` where they do not show it, or
-    no model can run on them, and without end where only the one with the name can't."""
+def _left_on(records: Sequence[Record], name: str, model: Model, without: Model, unseen: float) -> float:
+    """Share of what is missing on records without a name that is left with it; `unseen` where nothing is missing or it
+    does not act on them, as a stop that no stroke reaches, or no model can run on them; without end where only the one
+    with the name can't."""
     before, after = excess_on(records, without), excess_on(records, model)
-    if before <= significant_excess(records) or before == after == math.inf:
+    least = significant_excess(records)
+    if before <= least or before == after == math.inf:
+        return unseen
+    if after < math.inf and contribution(model, name, records) <= least:
         return unseen
     return max(after, 0.0) / before
 

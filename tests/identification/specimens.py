@@ -125,7 +125,7 @@ def records_with(effect: str) -> list[Record]:
 def found_with(*names: str, records: list[Record]) -> naming.Search:
     """What a search that ends with these names stands on, each compared with nothing else."""
     first = {"linear_stiffness": {"k": 2000.0}, "moving_mass": {"m": 0.1}, "force_offset": {"F0": -50.0},
-             "coulomb_friction": {"f_c": 30.0}}  # fmt: skip
+             "coulomb_friction": {"f_c": 30.0}, "end_stop": {"k": 5e4, "z_max": 0.021}}  # fmt: skip
     model = AS_SIMULATED
     for name in names:
         model = model.with_element(element(name, first[name]))

@@ -47,6 +47,18 @@ def test_a_name_that_helps_on_the_fitted_runs_alone_is_doubted() -> None:
     assert unseen.features.left_held_out == unseen.features.left_beside
 
 
+def test_what_else_is_missing_where_a_name_does_not_act_is_no_doubt_about_it() -> None:
+    runs = [run("end_stop", k, seed=3) for k in range(6)]
+    stopped = [compact(record_from_run(runs[k])) for k in (0, 4, 5)]  # beyond the 20 mm at which it stops
+    pushed = [with_channel(runs[k], "force", runs[k].channels["force"] + 60.0, "N") for k in (1, 2)]
+    found = found_with("end_stop", records=stopped)
+    [free] = gather(found, stopped, [compact(record_from_run(r)) for r in pushed])
+    assert free.features.left_held_out == free.features.left_beside < 0.1
+    reached = with_channel(runs[0], "force", runs[0].channels["force"] + 60.0, "N")
+    [acts] = gather(found, stopped, [compact(record_from_run(reached))])
+    assert acts.features.left_held_out > free.features.left_held_out
+
+
 def test_a_doubtful_name_that_the_model_can_not_run_without_is_not_stated(monkeypatch: pytest.MonkeyPatch) -> None:
     records = records_with("linear_stiffness")
     found = found_with("linear_stiffness", "moving_mass", records=records)
