@@ -140,7 +140,7 @@ def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judge
     verdict = _verdict(result, held)
     residuals = [r.measured - predict(result.base.model, r)[0] for r in result.quiet]
     regions, profiles = locate(residuals, result.quiet)
-    stays = _remainder(verdict, result, regions, train) + _held_out_remainder(verdict, result, held, traces)
+    stays = [_remainder(verdict, result, regions, train), _held_out_remainder(verdict, result, held, traces)]
     nothing = verdict == Verdict.NO_DISCREPANCY
     return Judgement(
         verdict=verdict,
@@ -149,7 +149,7 @@ def judge(result: SearchResult, final: Model, traces: Sequence[Traces]) -> Judge
         held_out=held,
         where=() if nothing else tuple(regions),
         profiles=tuple(profiles),
-        remainder=stays,
+        remainder="; ".join(text for text in stays if text),
     )
 
 
@@ -188,8 +188,12 @@ def _left_over(found: Search, hum: Hum | None, records: Sequence[Record]) -> boo
 
 def _carries_over(held: Gaps) -> bool:
     """Whether the names close the gap on held-out runs: to the noise, or to twice the tolerance of form."""
-    at_noise = held.final**2 < (1.0 + CHANCE.near_floor**2) * held.noise_floor**2
-    return at_noise or held.closed is None or held.closed > 1.0 - 2.0 * FORM.tolerance
+    return _at_noise(held) or held.closed is None or held.closed > 1.0 - 2.0 * FORM.tolerance
+
+
+def _at_noise(held: Gaps) -> bool:
+    """Whether the held-out runs keep no more than their noise, or there are none."""
+    return not held.final**2 >= (1.0 + CHANCE.near_floor**2) * held.noise_floor**2
 
 
 def _effects(result: SearchResult, final: Model, train: Gaps) -> tuple[Effect, ...]:
@@ -270,16 +274,17 @@ def _within(result: SearchResult) -> str:
 
 
 def _held_out_remainder(verdict: Verdict, result: SearchResult, held: Gaps, traces: Sequence[Traces]) -> str:
-    """What stays on held-out runs: of a partly explained gap more than allowed, or a gap that only they show."""
+    """What stays on held-out runs: more than the noise of an explained gap, of a partly explained one more than is
+    allowed, or a gap that only they show."""
+    left = f"on the held-out runs {held.final:.3g} N rms stays where the noise is {held.noise_floor:.3g} N"
+    if verdict == Verdict.EXPLAINED:
+        return "" if _at_noise(held) else left
     partly = verdict == Verdict.PARTLY_EXPLAINED and not _carries_over(held)
     if not partly and (result.names or not result.only_held_out):
         return ""
     rests = {t.record.name: float(np.sqrt(np.mean((t.record.measured - t.final) ** 2))) for t in traces if t.held_out}
     worst = max(rests, key=lambda name: rests[name])
-    return (
-        f"; on the held-out runs {held.final:.3g} N rms stays where the noise is {held.noise_floor:.3g} N, most of it "
-        f"on {worst}: take runs like it into the fit"
-    )
+    return f"{left}, most of it on {worst}: take runs like it into the fit"
 
 
 def _nearest(found: Search, withheld: Sequence[Evidence]) -> str:

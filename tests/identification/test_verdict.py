@@ -10,7 +10,7 @@ import pytest
 from identification.criteria import FORM
 from identification.discrepancy import verdict
 from identification.discrepancy.evidence import gather, main_doubt
-from identification.discrepancy.explanation import Traces
+from identification.discrepancy.explanation import Traces, Verdict
 from identification.discrepancy.final import fit_final, without_harm
 from identification.discrepancy.holdout import hold_out
 from identification.discrepancy.needless import merge_names
@@ -208,6 +208,22 @@ def result_of(*names: str) -> SearchResult:
         base=found.fit, found=found, evidence=evidence, withheld=withheld, hum=None, train=records, held=[],
         quiet=records,
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(("left", "is_told"), [(0.5, False), (4.0, True)])
+def test_what_an_explained_gap_leaves_on_held_out_runs_beyond_their_noise_is_told(left: float, is_told: bool) -> None:
+    result = result_of("linear_stiffness")
+
+    def traced(record: Record, gap: float, held_out: bool) -> Traces:
+        far = record.measured + 500.0 * record.sigma
+        final = record.measured + gap * record.sigma
+        return Traces(record=record, as_given=far, refitted=far, final=final, held_out=held_out)
+
+    traces = [traced(r, 1.0, False) for r in result.train[:3]] + [traced(result.train[3], left, True)]
+    judged = verdict.judge(result, result.found.fit.model, traces)
+    assert judged.verdict == Verdict.EXPLAINED
+    stays = f"on the held-out runs {left * result.train[3].sigma:.3g} N rms stays"
+    assert (stays in judged.remainder) is is_told
 
 
 @pytest.mark.parametrize("ran_away", [False, True])
