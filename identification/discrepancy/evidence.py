@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp
 
 import numpy as np
@@ -47,6 +47,12 @@ def gather(found: Search, records: Sequence[Record], held_out: Sequence[Record])
     It is that of the records that the search was fitted to, but for what a name closes on those held out.
     """
     return [_evidence(found, name, records, held_out) for name in found.names]
+
+
+def beside_withheld(found: Search, stated: Sequence[Evidence], withheld: Sequence[Evidence]) -> list[Evidence]:
+    """The evidence for stated names with the withheld ones among their alternatives; no confidence depends on these."""
+    gone = [w.name for w in withheld]
+    return [replace(e, alternatives=_alternatives(1.0 - e.confidence, rivals_of(found, e.name, gone))) for e in stated]
 
 
 def _evidence(found: Search, name: str, records: Sequence[Record], held_out: Sequence[Record]) -> Evidence:

@@ -21,6 +21,7 @@ from identification.discrepancy.naming import Search
 from identification.discrepancy.signatures import orthonormal
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import evaluate, free_parameters
+from identification.noise import high_frequency
 from identification.physical.model import Model
 from identification.physical.predict import predict
 from identification.record import Record, compact, record_to_come
@@ -38,9 +39,10 @@ def propose(found: Search, uncertain: str | None, records: Sequence[Record]) -> 
 
     Its worth is ‖(I − QQᵀ)(F_a − F_b)‖ over the data there are and the new run, whitened: the difference that no refit
     of the rival could absorb (T-optimality, Atkinson & Fedorov, 1975), rms over the run, by the second of motion: what
-    is left is mostly far above the noise, and rig time is what it costs. None is among the records that were fitted;
-    one that was kept back may be asked for again. A name without a rival is set against the model without it; where
-    nothing was named, the design is the one that differs most from the runs so far.
+    is left is mostly far above the noise, and rig time is what it costs. F_a and F_b are the two effects beside the
+    same rest: what else differs between two fits is no reason for a test in which neither effect acts. None is among
+    the records that were fitted; one that was kept back may be asked for again. A name without a rival is set against
+    the model without it; where nothing was named, the design is the one that differs most from the runs so far.
     """
     pair = _models_to_tell_apart(found, uncertain)
     if pair is None:
@@ -67,18 +69,24 @@ def propose(found: Search, uncertain: str | None, records: Sequence[Record]) -> 
 
 
 def _models_to_tell_apart(found: Search, uncertain: str | None) -> tuple[Model, Model, str] | None:
-    """The two models that a test should tell apart, and what it would show."""
+    """The two models that a test should tell apart, the same but for one effect, and what it would show."""
     rivals = _rivals(found, uncertain)
     if len(rivals) > 1:
         one, other = (r.own.spec.title for r in rivals)
-        return rivals[0].fit.model, rivals[1].fit.model, f"tells {one} from {other}"
+        best, rival = (r.fit.model for r in rivals[:2])
+        return best, _with_rest_of(best, rival), f"tells {one} from {other}"
     if uncertain is None:
         return None
     if uncertain in found.names:
         best, without = found.fit.model, found.fit.model.without(uncertain)
     else:  # it was not stated
         best, without = rivals[0].fit.model, found.compared[uncertain].start.model
-    return best, without, f"confirms {best.element(uncertain).spec.title}"
+    return best, _with_rest_of(best, without), f"confirms {best.element(uncertain).spec.title}"
+
+
+def _with_rest_of(best: Model, rival: Model) -> Model:
+    """The rival with the values of the best in all elements that both have: the two then differ by their effects."""
+    return replace(rival, elements=tuple(best.element(e.id) if e.id in best.ids else e for e in rival.elements))
 
 
 def _explore(unseen: Sequence[Imagined], records: Sequence[Record]) -> NextTest:
@@ -157,14 +165,30 @@ def library(records: Sequence[Record]) -> list[Mapping[str, Any]]:
 
 
 def _levels(records: Sequence[Record]) -> list[float]:
-    """The least and the largest current of the records; one where it is constant, none without one."""
+    """The least and the largest current commanded in the records; one where it is constant, none without one."""
     currents = [r.motion.i[r.window] for r in records if r.has_current]
     if not currents:
         return []
-    low, high = min(float(c.min()) for c in currents), max(float(c.max()) for c in currents)
+    lowest, highest = zip(*(_ends(c) for c in currents), strict=True)
+    low, high = min(lowest), max(highest)
     if high - low <= TEXT.steady * max(abs(low), abs(high)):
-        return [float(np.mean(np.concatenate(currents)))]
+        return [0.5 * (low + high)]
     return [low, high]
+
+
+def _ends(current: Floats) -> tuple[float, float]:
+    """The least and the largest current that was commanded: the mean of what the noise of the reading can't tell from
+    the extreme one, to the last digit above that noise, within what was read."""
+    low, high = float(np.min(current)), float(np.max(current))
+    # The median change from sample to sample is a standard deviation of white noise, to 5 %, but the slope of a smooth
+    # current; the highest frequencies are those of the noise, but also the size of the steps where there is none.
+    noise = min(float(np.median(np.abs(np.diff(current)))), high_frequency(current)[0]) if high > low else 0.0
+    if noise == 0.0:
+        return low, high
+    alike, digits = 2.0 * CHANCE.sigmas * noise, -int(np.floor(np.log10(noise)))
+    means = float(np.mean(current[current <= low + alike])), float(np.mean(current[current >= high - alike]))
+    least, largest = (float(np.clip(round(m, digits) + 0.0, low, high)) for m in means)  # no −0
+    return least, largest
 
 
 def _design(kind: Kind, rate: float, amplitude: float, frequency: float, level: float | None) -> dict[str, Any]:
@@ -210,7 +234,10 @@ def _difference(best: Model, rival: Model, free: Mask, record: Record) -> tuple[
 
 def _worth(best: Model, rival: Model, known: _Known, new: Record) -> float | None:
     """Whitened difference on the new run that a refit of the rival to everything could not absorb, rms; None where one
-    of the two can't run it."""
+    of the two can't run it.
+
+    It is no more than the two differ by there: what a refit to the other runs does to the rest tells neither.
+    """
     try:
         gradient, apart = _difference(best, rival, known.free, new)
     except SimulationError:
@@ -218,7 +245,7 @@ def _worth(best: Model, rival: Model, known: _Known, new: Record) -> float | Non
     basis = orthonormal(np.concatenate([known.triangle, gradient]))
     both = np.concatenate([known.apart, apart])
     left = both - basis @ (basis.T @ both)
-    return float(np.sqrt(np.mean(left[-apart.size :] ** 2)))
+    return min(float(np.sqrt(np.mean(d**2))) for d in (left[-apart.size :], apart))
 
 
 def expected_record(config: Mapping[str, Any], records: Sequence[Record]) -> Record:

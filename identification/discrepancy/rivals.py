@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from math import inf
 
@@ -25,11 +26,26 @@ class Rival:
         return self.behind + self.finer
 
 
-def rivals_of(found: Search, name: str) -> list[Rival]:
-    """The rivals of a name, by its id, as last compared; what is named too is no rival."""
+def rivals_of(found: Search, name: str, withheld: Collection[str] = ()) -> list[Rival]:
+    """The rivals of a name, by its id, as last compared; what is named too is no rival, but for names that are withheld
+    in the end: these are rivals also where they were last tried at the step at which the name was chosen."""
     compared = found.compared[name].rivals
     chosen = next(t for t in compared if t.id == name)
-    return [_rival(chosen, t) for t in compared if t.id not in found.names]
+    stated = set(found.names).difference(withheld)
+    latest = [_rival(chosen, t) for t in compared if t.id not in stated and t.id != name]
+    since = {t.id for t in compared}
+    return latest + [r for n in withheld if n not in since for r in _when_chosen(found, name, n)]
+
+
+def _when_chosen(found: Search, name: str, other: str) -> list[Rival]:
+    """Another name as a rival of one at the latest step at which that was chosen and both were tried; none where there
+    is no such step."""
+    for move in reversed(found.moves):
+        chosen = next((t for t in move.rivals if t.id == name and t.excess == move.excess_after), None)
+        tried = [t for t in move.rivals if t.id == other]
+        if chosen is not None and tried:
+            return [_rival(chosen, min(tried, key=lambda t: t.excess))]
+    return []
 
 
 def margin_of(rivals: list[Rival]) -> float:

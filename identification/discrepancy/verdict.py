@@ -11,7 +11,7 @@ from identification.criteria import CHANCE, FORM, TEXT
 from identification.discrepancy.confidence import confidence_without_rival
 from identification.discrepancy.confidence_table import fitted_table
 from identification.discrepancy.equation import describe
-from identification.discrepancy.evidence import Evidence, gather, main_doubt
+from identification.discrepancy.evidence import Evidence, beside_withheld, gather, main_doubt
 from identification.discrepancy.excess import (
     excess_of,
     form_error,
@@ -96,7 +96,7 @@ def drop_doubtful(
 
     All evidence is that of the model with all names: what a dropped name leaves behind is no doubt about the others.
     """
-    evidence = gather(found, records, held_out)
+    searched, evidence = found, gather(found, records, held_out)
     withheld: list[Evidence] = []
     for weakest in sorted(evidence, key=lambda e: e.confidence):
         if weakest.confidence >= FORM.min_confidence:
@@ -106,7 +106,7 @@ def drop_doubtful(
         except SimulationError:  # the model can't run without it: it stays there, without a name
             found = replace(found, names=tuple(n for n in found.names if n != weakest.name))
         withheld.append(weakest)
-    return found, [e for e in evidence if e.name in found.names], withheld
+    return found, beside_withheld(searched, [e for e in evidence if e.name in found.names], withheld), withheld
 
 
 def without_least_confident(result: SearchResult) -> SearchResult:
@@ -117,8 +117,9 @@ def without_least_confident(result: SearchResult) -> SearchResult:
     except SimulationError:
         found = replace(result.found, fit=result.base, names=(), excess=excess_of(result.base))
     gone = [e for e in result.evidence if e.name not in found.names]
-    kept = [e for e in result.evidence if e.name in found.names]
-    return replace(result, found=found, evidence=kept, withheld=[*result.withheld, *gone])
+    withheld = [*result.withheld, *gone]
+    kept = beside_withheld(result.found, [e for e in result.evidence if e.name in found.names], withheld)
+    return replace(result, found=found, evidence=kept, withheld=withheld)
 
 
 def _without(found: Search, name: str, records: Sequence[Record]) -> Search:

@@ -31,10 +31,14 @@ def test_no_first_guess_of_a_relief_valve_takes_away_more_damping_than_is_missin
     assert all(g.value("c_drop") <= 5.0 / scales.v_rms for g in guesses("relief_valve", scales))
 
 
-def test_the_worth_of_a_test_is_what_a_refit_to_all_runs_and_to_it_would_leave() -> None:
+@pytest.mark.parametrize(("other", "is_absorbed"), [("force_offset", True), ("linear_stiffness", False)])
+def test_the_worth_of_a_test_is_what_a_refit_to_all_runs_and_to_it_would_leave_of_the_difference_there(
+    other: str, is_absorbed: bool
+) -> None:
     *records, new = records_with("moving_mass")
+    first = {"force_offset": {"F0": 10.0}, "linear_stiffness": {"k": 1e3}}[other]
     best = fit_records(BASE.with_element(element("moving_mass", {"m": 1.0})), records).model
-    rival = fit_records(BASE.with_element(element("linear_stiffness", {"k": 1e3})), records).model
+    rival = fit_records(BASE.with_element(element(other, first)), records).model
     value = nexttest._worth(best, rival, nexttest._known(best, rival, records), new)
     everything = [*records, new]
     free = free_parameters(rival, everything)
@@ -42,8 +46,10 @@ def test_the_worth_of_a_test_is_what_a_refit_to_all_runs_and_to_it_would_leave()
     columns = np.concatenate([g / r.sigma for g, r in zip(gradients, everything, strict=True)])
     apart = np.concatenate([(predict(best, r)[0] - predict(rival, r)[0]) / r.sigma for r in everything])
     left = (apart - columns @ np.linalg.lstsq(columns, apart, rcond=None)[0])[-new.measured.size :]
+    refitted, there = (float(np.sqrt(np.mean(d**2))) for d in (left, apart[-new.measured.size :]))
+    assert (refitted < there) is is_absorbed
     assert value is not None
-    assert value == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=1e-6)
+    assert value == pytest.approx(min(refitted, there), rel=1e-6)
     assert value**2 > CHANCE.at_noise
 
 
