@@ -147,8 +147,8 @@ def _skew(run: Run) -> Iterator[Finding]:
     if abs(typical) > _LATE_SAMPLES + 1.0 * spread and 0.02 * span < abs(typical) < 0.25 * span:
         word = "behind" if typical > 0 else "ahead of"
         text = (
-            f"it reverses {1e3 * abs(typical) / rate:.3g} ms {word} the velocity: a time skew between the channels, or "
-            "a compliance or lag of the damper; tests at two frequencies distinguish them"
+            f"it reverses {1e3 * abs(typical) / rate:.3g} ms {word} the velocity: a time skew between the channels, a "
+            "spring or a mass beside the damper, or its compliance or lag; tests at two frequencies distinguish them"
         )
         yield Finding("skew", "force", text)
 
