@@ -12,6 +12,7 @@ from identification.discrepancy.verdict import SearchResult, without_least_confi
 from identification.errors import SimulationError
 from identification.fitting.discretisation import with_solver_error
 from identification.fitting.leastsquares import fit_records
+from identification.physical.beside import within
 from identification.physical.model import Element, Model
 
 
@@ -72,5 +73,8 @@ def _is_new(e: Element, result: SearchResult) -> bool:
 
 
 def _lasting(model: Model, result: SearchResult) -> Model:
-    """The model without the limits of what a search has added."""
-    return replace(model, elements=tuple(remove_limits(e) if _is_new(e, result) else e for e in model.elements))
+    """The model without the limits of what a search has added; none of that is beside a mount that was taken back."""
+    lasts = [remove_limits(e) if _is_new(e, result) else e for e in model.elements]
+    if not model.on("mount"):
+        lasts = [within(e) if _is_new(e, result) else e for e in lasts]
+    return replace(model, elements=tuple(lasts))

@@ -28,6 +28,12 @@ def switched(e: Element, place: int) -> Element:
     return replace(e, parameters=(*e.parameters[:place], other, *e.parameters[place + 1 :]))
 
 
+def within(e: Element) -> Element:
+    """The element where the others of the core are, and not beside the mount."""
+    pairs = zip(e.parameters, e.spec.parameters, strict=True)
+    return replace(e, parameters=tuple(replace(p, value=0.0) if spec.beside else p for p, spec in pairs))
+
+
 def parts(model: Model) -> tuple[Model, ...]:
     """The model without what acts beside its mount, and that alone; the model itself where nothing does.
 

@@ -19,6 +19,7 @@ from identification.discrepancy.notes import beyond, capped, elsewhere, far_as_g
 from identification.discrepancy.verdict import SearchResult, _nearest, drop_doubtful
 from identification.discrepancy.where import locate
 from identification.errors import SimulationError
+from identification.physical.beside import switched
 from identification.physical.model import element
 from identification.record import Record, compact, record_from_run
 from rigctl.runfile import with_channel
@@ -254,6 +255,18 @@ def test_a_model_that_can_not_run_along_the_whole_records_is_taken_back() -> Non
     assert not now.as_searched
     assert now.names == ()
     assert final == result.base.model
+
+
+@pytest.mark.parametrize("mounted", [False, True])
+def test_nothing_that_was_found_acts_beside_a_mount_that_is_not_there(mounted: bool) -> None:
+    result = result_of("linear_stiffness")
+    spring = result.found.fit.model.element("linear_stiffness")
+    place = spring.spec.index("beside_mount")
+    beside = result.found.fit.model.replacing(spring.id, switched(spring, place))
+    model = beside.with_element(element("series_compliance", {"k": 1e7, "c": 0.0})) if mounted else beside
+    found = replace(result.found, fit=replace(result.found.fit, model=model))
+    _, final = fit_final(replace(result, base=replace(result.base, model=AS_SIMULATED), found=found))
+    assert final.element(spring.id).value("beside_mount") == float(mounted)
 
 
 def test_where_every_stated_name_is_sure_the_next_test_is_about_the_nearest_that_is_not() -> None:
