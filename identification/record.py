@@ -37,12 +37,8 @@ _REPEATABLE_FLOOR = 2e-4  # of rms force: neither a rig nor a solver is more exa
 
 
 _ROUGH = 1.5  # mean square of the steps over the variance: 2 for white noise, near 0 for a well sampled signal
-_AT_REST = 6.0  # times its noise a displacement strays from where it rests: by chance one sample of 5·10⁸ does so more
-_STANDS = 1e-4  # of the highest velocity: what moves no faster rests
-# Samples of a rest. Of the span of 12σ that it may have noise takes 5σ; a turning point that takes the other 7σ is in
-# its middle third 0.44 of that higher than beside it: more than five sigmas of this difference from 16 samples on.
-_SHORTEST_REST = 25
-_SHORTENED = 8  # one part of so many of a stretch that is no rest, before it is looked at again: at most that is lost
+_AT_REST = 4.0  # times its noise: a lower velocity may be zero
+_STANDS = 1e-4  # or this share of the highest velocity
 _SOME = 0.02  # share of a record at rest from which it is left out
 _KNOWN = 2  # periodic records from which the noise of the load cell is known
 _SAME_LEVEL = 1.15
@@ -199,7 +195,7 @@ def record_to_come(
     band = 0.5 * sample_rate_hz if period else smooth_kinematics(displacement, sample_rate_hz).bandwidth_hz
     window: Window = slice(settle * period, n)
     if not period:
-        window = _moving(motion.x, 0.0, motion, _edge(sample_rate_hz, band, n))[0]
+        window = _moving(motion, np.zeros(n), _edge(sample_rate_hz, band, n))[0]
     return Record(
         name="to come",
         motion=motion,
@@ -267,7 +263,7 @@ def _free(run: Run, name: str) -> Record:
     sigma, unsure, how = _noise_of(x, force, run.sample_rate_hz, kinematics.bandwidth_hz, steady)
     again = _again(motion, kinematics, 0)
     edge = _edge(run.sample_rate_hz, kinematics.bandwidth_hz, force.size)
-    window, resting = _moving(x, high_frequency(x)[0], motion, edge)
+    window, resting = _moving(motion, again.v - motion.v, edge)
     return Record(
         name=name,
         motion=motion,
@@ -305,61 +301,21 @@ def _edge(rate: float, bandwidth_hz: float, samples: int) -> int:
     return int(np.clip(rate / bandwidth_hz, 4, samples // 20))
 
 
-def _moving(x: Floats, noise: float, motion: Motion, edge: int) -> tuple[Window, tuple[str, ...]]:
-    """The compared samples: without the ends, and without rests, where friction can hold any force.
+def _moving(motion: Motion, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...]]:
+    """The compared samples: without the ends, and without rests, where friction can hold any force."""
+    from scipy.ndimage import binary_opening  # 0.2 s to import: only where a record does not repeat
 
-    What rests is seen in the displacement (N,), m, as it was measured: its filtered velocity rings beside corners.
-    """
+    v, n = motion.v, motion.v.size
     first = _forgotten(motion.x, edge)
-    creep = _STANDS * float(np.max(np.abs(motion.v))) * motion.dt
-    rests = _resting(x, noise, creep, max(2 * edge + 1, _SHORTEST_REST))
+    still = np.abs(v) < max(_AT_REST * float(np.std(noise)), _STANDS * float(np.max(np.abs(v))))
+    rests = binary_opening(still, np.ones(2 * edge + 1, dtype=bool))
     share = float(np.mean(rests))
     if not _SOME < share < 0.9:
-        return slice(first, x.size - edge), ()
-    rests[:first] = rests[x.size - edge :] = True
+        return slice(first, n - edge), ()
+    rests[:first] = rests[n - edge :] = True
     return np.flatnonzero(~rests), (
         f"{100 * share:.0f} % of it is at rest, where friction can hold any force: left out",
     )
-
-
-def _resting(x: Floats, noise: float, creep: float, least: int) -> NDArray[np.bool_]:
-    """Where a displacement with white noise stays within that for `least` samples or more, (N,).
-
-    A rest may creep by `creep` a sample. A turning point or a slow ramp moves beyond noise and creep from one part of
-    its stretch to the next.
-    """
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # 0.2 s to import: only where no record repeats
-
-    close, rests, start = 2.0 * _AT_REST * noise, np.zeros(x.size, dtype=bool), 0
-    spans = [one(x, least, origin=-(least // 2)) for one in (maximum_filter1d, minimum_filter1d)]  # from each sample on
-    quiet = np.flatnonzero((spans[0] - spans[1])[: x.size - least + 1] <= close + creep * least)
-    while (k := int(np.searchsorted(quiet, start))) < quiet.size:
-        start = int(quiet[k])
-        stop = start + _stays(x[start:], close, creep, least)
-        if _is_level(x[start:stop], noise, creep):
-            rests[start:stop] = True
-            start = stop
-        else:  # a rest may begin within it
-            start += max(least // 2, (stop - start) // _SHORTENED)
-    return rests
-
-
-def _stays(x: Floats, close: float, creep: float, least: int) -> int:
-    """For how many samples from its first a displacement stays as close together as a rest."""
-    size = least
-    while True:
-        size = min(2 * size, x.size)
-        span = np.maximum.accumulate(x[:size]) - np.minimum.accumulate(x[:size])
-        far = np.flatnonzero(span > close + creep * np.arange(1, size + 1))
-        far = far[far >= least]
-        if far.size or size == x.size:
-            return int(far[0]) if far.size else size
-
-
-def _is_level(x: Floats, noise: float, creep: float) -> bool:
-    """Whether the means of three parts of a stretch differ by no more than noise and creep may make them."""
-    means = [float(np.mean(part)) for part in np.array_split(x, 3)]
-    return max(means) - min(means) <= CHANCE.sigmas * noise * float(np.sqrt(6.0 / x.size)) + creep * x.size
 
 
 def _forgotten(x: Floats, edge: int) -> int:

@@ -85,10 +85,10 @@ class Sight:
             return None
         return self.fundamental if _OFF * frequency / self.fundamental > FORM.tone_lines else None
 
-    def weight(self, frequency: float) -> float:
-        """Of the power at a frequency in what is left: then a tone weighs most at its own, however little is left."""
-        left = self.left(frequency)
-        return self.samples / self.sigma**2 / left if left > CHANCE.rounding else 0.0
+    @property
+    def weight(self) -> float:
+        """Of what this record tells among others."""
+        return self.samples / self.sigma**2
 
 
 def sight_of(record: Record) -> Sight:
@@ -155,16 +155,30 @@ def tone_in(residual: Floats, times: Floats, frequency: float) -> Callable[[Floa
 
 
 def refined(coarse: float, near: Sequence[Near], sights: Sequence[Sight], reach: float) -> float:
-    """Frequency of the largest common power within `reach` of `coarse`, Hz, to a hundredth of a line."""
+    """Frequency of the largest common power within `reach` of `coarse`, Hz, to a hundredth of a line.
+
+    Common is the mean power of the records in which a frequency can be seen. Their sum would be largest beside the
+    tone, just where one more record comes into sight.
+    """
     line = min(n.width for n in near)
     frequency, span = coarse, reach
     while True:
         steps = max(5, int(np.ceil(5.0 * min(span, reach) / line)))
         grid = frequency + np.linspace(-span, span, 2 * steps + 1)
-        power = sum(
-            n.amplitudes(grid) ** 2 * np.array([s.weight(f) for f in grid]) for n, s in zip(near, sights, strict=True)
-        )
+        power = _common_power(grid, near, sights)
         frequency = float(grid[int(np.argmax(power))])
         if span <= 0.05 * line:
             return frequency
         span = span / steps
+
+
+def _common_power(grid: Floats, near: Sequence[Near], sights: Sequence[Sight]) -> Floats:
+    """Mean power of a tone at each frequency (K,), by what is left of it, (K,), N²; of the records whose sine hides
+    none there. One that its periods take away tells that it is not larger, and counts."""
+    power, weight = np.zeros(grid.size), np.zeros(grid.size)
+    for n, s in zip(near, sights, strict=True):
+        left = np.array([s.left(f) for f in grid])
+        seen = left > CHANCE.rounding
+        power[seen] += s.weight * n.amplitudes(grid[seen]) ** 2 / left[seen]
+        weight[seen | bool(s.period)] += s.weight
+    return np.asarray(power / np.maximum(weight, 1e-300))

@@ -76,6 +76,18 @@ def test_a_run_in_step_with_a_tone_does_not_hide_that_of_the_others_and_loses_it
         assert np.std(residual - hum_in(record, residual, hum)[record.window]) == pytest.approx(0.5, rel=0.05)
 
 
+@pytest.mark.parametrize("away", [-1.7, 0.4, 1.7])
+def test_runs_whose_harmonics_hide_a_tone_do_not_draw_it_to_where_they_would_show_it(away: float) -> None:
+    """`away` lines from the tone lies a harmonic of most sines; two lines from that they see what is beside it."""
+    line = RATE_HZ / SAMPLES
+    records = [a_record(period=0, sine_hz=(50.0 + away * line) / order) for order in (19, 20, 21, 22, 23, 24)]
+    records += [a_record(period=0, sine_hz=h) for h in (2.371, 3.137)]
+    hum = find_hum([a_residual(r, 50.0) for r in records], records)
+    assert hum is not None
+    assert hum.frequency_hz == pytest.approx(50.0, abs=0.02 * line)
+    assert hum.amplitude == pytest.approx(5.0, rel=0.002)
+
+
 def a_slow_triangle(seed: int, *, period_s: float) -> tuple[Record, np.ndarray[tuple[int], np.dtype[np.float64]]]:
     """A triangle with rests in displacement, and what a friction leaves of its force: a comb of harmonics."""
     t = np.arange(8000) / 200.0
