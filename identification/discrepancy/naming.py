@@ -284,13 +284,8 @@ def _known(state: Search, records: Sequence[Record]) -> float:
 
 def append_name(state: Search, chosen: Trial, found: Sequence[Trial]) -> Search:
     """Append the name that was chosen among the trials."""
-    move = Move(
-        kind="add",
-        name=chosen.name,
-        excess_before=state.excess,
-        excess_after=chosen.excess,
-        rivals=tuple(found),
-    )
+    before, after = state.excess, chosen.excess
+    move = Move(kind="add", name=chosen.name, excess_before=before, excess_after=after, rivals=tuple(found))
     return replace(
         state,
         fit=chosen.fit,
@@ -370,13 +365,8 @@ def _replace_stuck(own: Trial, state: Search, rest: Fit, records: Sequence[Recor
 
 
 def _swap(state: Search, name: str, better: Trial, compared: Compared) -> Search:
-    move = Move(
-        kind="swap",
-        name=f"{name_of(name)} → {better.name}",
-        excess_before=state.excess,
-        excess_after=better.excess,
-        rivals=compared.rivals,
-    )
+    said, before, after = f"{name_of(name)} → {better.name}", state.excess, better.excess
+    move = Move(kind="swap", name=said, excess_before=before, excess_after=after, rivals=compared.rivals)
     return replace(
         state,
         fit=better.fit,

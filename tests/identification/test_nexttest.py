@@ -60,7 +60,7 @@ def test_every_test_of_the_library_can_be_designed_and_a_constant_current_gets_n
 
 def commanded(current: np.ndarray[Any, np.dtype[np.float64]], noise: float) -> Record:
     """A sine of motion with a current as it is read."""
-    [read] = (record(500.0, 0.01, 8.0, 0.0, 0.0),)
+    read = record(500.0, 0.01, 8.0, 0.0, 0.0)
     scatter = noise * np.random.default_rng(2).standard_normal(current.size)
     return replace(read, motion=replace(read.motion, i=current + scatter), has_current=True)
 
