@@ -203,8 +203,7 @@ def _standing(found: Search, records: Sequence[Record], held_out: Sequence[Recor
     much less.
 
     A name that stood alone may have been exchanged for one that fits only beside a name that does not stand, or share
-    its effect with one that came after it. Two searches that leave alike, of which one has names that stand, differ by
-    what is taken back of the other.
+    its effect with one that came after it.
     """
     best = stands, _, withheld = _judged(found, records, held_out)
     if stands.names and not withheld:

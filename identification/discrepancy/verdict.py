@@ -193,8 +193,8 @@ def _carries_over(held: Gaps) -> bool:
 
 
 def _at_noise(held: Gaps) -> bool:
-    """Whether the held-out runs keep no more than their noise, or there are none."""
-    return not held.final**2 >= (1.0 + CHANCE.near_floor**2) * held.noise_floor**2
+    """Whether the held-out runs keep no more than their noise."""
+    return held.final**2 < (1.0 + CHANCE.near_floor**2) * held.noise_floor**2
 
 
 def _effects(result: SearchResult, final: Model, train: Gaps) -> tuple[Effect, ...]:
