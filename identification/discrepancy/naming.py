@@ -73,6 +73,7 @@ class Search:
     dead_end: frozenset[str] | None = None  # ids of names that were tried instead without success
     refused: frozenset[str] = frozenset()  # names of elements that an earlier search found from here and did not state
     helps: float = FORM.helps  # share of what is left that a further name must close
+    most: int = FORM.most_effects  # names that this search may add
     others: tuple[Search, ...] = ()  # where the search from other starts ended
 
     @property
@@ -83,7 +84,7 @@ class Search:
     @property
     def full(self) -> bool:
         """Whether there are as many names as there may be, those of earlier searches among them."""
-        return len(self.earlier) + len(self.names) >= FORM.most_effects
+        return len(self.names) >= min(self.most, FORM.most_effects - len(self.earlier))
 
 
 def search_from(

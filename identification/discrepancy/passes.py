@@ -71,7 +71,7 @@ def search_in_passes(
     found, evidence, withheld = one_pass(given, base, beside, records, held_out, report, is_enough)
     grown, within, refused = bool(found.names), None, _refused(found, withheld)
     if before is not None and grown and not (gap or _are_effects(found, evidence, before, held_out)):
-        within = None if _are_curves(found) else found
+        within = None if _look_like_form(found) else found
         found, evidence = replace(before, names=(), earlier=beside.earlier, base_excess=before.excess), []
         grown = False
     while grown and len(found.names) < FORM.most_effects and not is_enough(found.fit.model):
@@ -85,7 +85,7 @@ def search_in_passes(
         # Where no name is new, an element may be: how one named earlier departs from its ideal.
         grown, refused = more.fit.model.ids != found.fit.model.ids, _refused(more, doubtful)
         if more.names and not (gap or _are_effects(more, new, found, held_out)):
-            within = None if _are_curves(more) else more
+            within = None if _look_like_form(more) else more
             break
         withheld = list({e.name: e for e in (*withheld, *doubtful)}.values())
         if grown:
@@ -118,9 +118,12 @@ def _named_before(base: Fit, records: Sequence[Record]) -> tuple[Search | None, 
 
 def _beside(found: Search, refused: Sequence[str], gap: bool) -> Beside:
     """What is asked of a name beside those found. Within the tolerance of their forms, where no gap remains, a name
-    that closes a minor part of the rest leads to none that count: together they must close nearly all, or each be
-    sure, and of three that do the first one closes more."""
-    return Beside(earlier=found.names, refused=frozenset(refused), helps=FORM.helps if gap else FORM.minor)
+    that closes a minor part of the rest leads to none that count, and each must count alone: nearly all that is left
+    is closed by it, or it is sure. The next is sought in the next pass."""
+    earlier, out = found.names, frozenset(refused)
+    return (
+        Beside(earlier=earlier, refused=out) if gap else Beside(earlier=earlier, refused=out, helps=FORM.minor, most=1)
+    )
 
 
 def _are_effects(more: Search, new: Sequence[Evidence], found: Search, held: Sequence[Record]) -> bool:
@@ -159,9 +162,9 @@ def _elsewhere(
 
 def _closes_the_rest(more: Search, found: Search, held_out: Sequence[Record]) -> bool:
     """Whether names within the tolerance of the forms of others are effects of their own: they close nearly all that
-    is left, on records that were held out too, and none is a curve over velocity, as that of another one may be off."""
+    is left, on records that were held out too, and none looks like how the form of another one departs."""
     before, after = (excess_on(held_out, s.fit.model) for s in (found, more))
-    return more.excess < FORM.minor * found.excess and after < before and not _are_curves(more)
+    return more.excess < FORM.minor * found.excess and after < before and not _look_like_form(more)
 
 
 def _are_sure(new: Sequence[Evidence]) -> bool:
@@ -169,10 +172,12 @@ def _are_sure(new: Sequence[Evidence]) -> bool:
     return all(e.confidence >= TEXT.sure for e in new)
 
 
-def _are_curves(more: Search) -> bool:
-    """Whether a name is a curve over velocity, a dry friction among them: that of another one may be off by as much."""
-    specs = [more.fit.model.element(n).spec for n in more.names]
-    return any(spec.curve is not None or spec.dry_friction for spec in specs)
+def _look_like_form(more: Search) -> bool:
+    """Whether a name is a curve over velocity, a dry friction among them, or acts in series with a friction: that of
+    another one may be off by as much, and builds up as if it did."""
+    new = [more.fit.model.element(n).spec for n in more.names]
+    rubs = any(e.spec.dry_friction for e in more.fit.model.elements if e.id not in more.names)
+    return any(spec.curve is not None or spec.dry_friction or (rubs and spec.path == "mount") for spec in new)
 
 
 def one_pass(

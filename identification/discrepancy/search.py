@@ -35,6 +35,7 @@ class Beside:
     earlier: tuple[str, ...] = ()  # ids of elements of the base that a search before has named
     refused: frozenset[str] = frozenset()  # names of elements that it found beside these and that were not stated
     helps: float = FORM.helps  # share of what is left that a further name must close
+    most: int = FORM.most_effects  # names that it may add
 
 
 NOTHING: Final = Beside()
@@ -54,7 +55,7 @@ def search(
     """
     report = on_progress or (lambda text: None)
     start = start_state(given, base, records)
-    start = replace(start, earlier=beside.earlier, refused=beside.refused, helps=beside.helps)
+    start = replace(start, earlier=beside.earlier, refused=beside.refused, helps=beside.helps, most=beside.most)
     last = search_from(start, records, report)
     found = drop_needless(last, records)
     searched, others = [last], list[Search]()
@@ -104,7 +105,10 @@ def near_given(last: Search, given: Model, base: Fit, records: Sequence[Record])
     held = limit_base(given)
     if _is_outside(base.model, held):
         near = start_state(held, fit_records(held, records), records)
-        near = replace(near, base_excess=last.base_excess, earlier=last.earlier, refused=last.refused, helps=last.helps)
+        near = replace(
+            near, base_excess=last.base_excess, earlier=last.earlier, refused=last.refused, helps=last.helps,
+            most=last.most,
+        )  # fmt: skip
         first = improve_once(near, records)
         if first is not None and first.excess < (1.0 - FORM.closes) * near.excess:
             yield "with the base near its given values", first
