@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from identification.discrepancy import explain
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.naming import Compared, Search
 from identification.fitting.leastsquares import fit_records
@@ -54,3 +55,15 @@ def test_within_the_form_of_a_friction_no_other_one_is_named(monkeypatch: pytest
     )  # fmt: skip
     monkeypatch.setattr(NAMING, "gap_remains", lambda *_: False)
     assert NAMING.search_from(state, records, str).names == (slides.id,)
+
+
+def test_a_friction_whose_parts_give_way_one_after_the_other_is_not_behind_a_bush() -> None:
+    """What the friction of one travel leaves, a bush of 16 MN/m closes: it lets the friction build up so."""
+    runs = []
+    for k, amplitude in enumerate((0.012, 0.010, 0.007, 0.019, 0.016)):
+        _, x, v = motion(k, amplitude, seconds=6.0)
+        parts = [(10.0 / travel, travel) for travel in 3e-6 * np.geomspace(0.25, 4.0, 6)]
+        runs.append(recorded("guide", k, x, 900.0 * v + built_up(x, parts), noise=0.5))
+    elements = (element("viscous_damping", {"c": 800.0}), element("coulomb_friction", {"f_c": 50.0}))
+    found = explain(Model(name="an ideal friction", elements=elements), runs[:4], runs[4:])
+    assert "series_compliance" not in [e.element for e in found.effects]

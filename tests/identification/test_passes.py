@@ -14,7 +14,7 @@ from identification.discrepancy.evidence import gather
 from identification.discrepancy.excess import excess_of
 from identification.discrepancy.naming import Search, append_name, gap_remains
 from identification.discrepancy.passes import search_in_passes
-from identification.discrepancy.search import NOTHING, Beside
+from identification.discrepancy.search import NOTHING, Beside, search
 from identification.discrepancy.trials import trial_of
 from identification.fitting.leastsquares import fit_records
 from identification.physical.model import Model, element
@@ -28,16 +28,20 @@ PASSES = sys.modules["identification.discrepancy.passes"]
 
 
 class Told:
-    """In the place of a pass: the answers that are given, one a pass, and what each pass was told to refuse."""
+    """In the place of a pass: the answers that are given, one a pass, and what each pass was told to begin beside."""
 
     def __init__(self, *answers: tuple[Any, ...]) -> None:
         self.answers = list(answers)
-        self.refused: list[list[str]] = []
+        self.asked: list[Beside] = []
+
+    @property
+    def refused(self) -> list[list[str]]:
+        return [list(beside.refused) for beside in self.asked]
 
     def __call__(
         self, given: Model, base: Any, beside: Beside, *_: Any
     ) -> tuple[Any, ...]:  # Any: the signature of a pass
-        self.refused.append(list(beside.refused))
+        self.asked.append(beside)
         return self.answers.pop(0) if self.answers else (replace(self.last, names=()), [], [])
 
     last: Search
@@ -70,6 +74,26 @@ def test_parts_of_one_cause_that_two_passes_found_get_its_name(monkeypatch: pyte
     found, stated = in_passes(told, records, monkeypatch, lambda model: False)
     assert found.names == ("gas_spring",)
     assert stated == ["gas_spring"]
+
+
+@pytest.mark.parametrize(("remains", "most"), [(False, 1), (True, FORM.most_effects)])
+def test_within_the_forms_of_the_names_one_more_is_sought_at_a_time(
+    remains: bool, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    records = records_with("moving_mass")
+    found = found_with("force_offset", records=records)
+    monkeypatch.setattr(PASSES, "gap_remains", lambda *_: remains)
+    told = Told((found, gather(found, records, records), []))
+    in_passes(told, records, monkeypatch, lambda model: False)
+    assert [beside.most for beside in told.asked] == [FORM.most_effects, most]
+
+
+def test_a_search_adds_no_more_names_than_it_may() -> None:
+    runs = [run("moving_mass", k, seed=3) for k in (0, 1, 2, 4)]
+    records = [compact(record_from_run(with_channel(r, "force", r.channels["force"] + 6.0, "N"))) for r in runs]
+    base = fit_records(BASE, records)
+    assert len(search(BASE, base, records).names) == 2
+    assert len(search(BASE, base, records, beside=Beside(most=1)).names) == 1
 
 
 def test_no_pass_is_made_from_a_model_that_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:

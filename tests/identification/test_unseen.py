@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from identification.discrepancy import Verdict, explain
+from identification.discrepancy.unseen import gap_on
+from identification.fitting.leastsquares import fit_records
 from identification.physical.model import Model, element
+from identification.record import compact, record_from_run
 from rigctl.runfile import Run
 
 BASE = Model(
@@ -61,3 +66,14 @@ def test_a_base_that_is_right_is_right_on_larger_held_out_runs_too(amplitude: fl
     fitted = [run(f"small-{k}", 0.003, k, rise=0.0) for k in (1, 2, 3)]
     found = explain(BASE, fitted, [run("other", amplitude, 9, rise=0.0)])
     assert found.verdict == Verdict.NO_DISCREPANCY
+
+
+def test_one_sample_of_a_held_out_run_is_no_gap() -> None:
+    """A friction that jumps at a turn that no displacement tells to the sample; two of them are one."""
+    fitted = [compact(record_from_run(run(f"small-{k}", 0.003, k, rise=0.0))) for k in (1, 2, 3)]
+    fit = fit_records(BASE, fitted)
+    other = compact(record_from_run(run("other", 0.003, 9, rise=0.0)))
+    for jumps in (0, 1, 2):
+        force = other.force.copy()
+        force[1000 : 1000 + jumps] += 200.0
+        assert gap_on([replace(other, force=force)], fit, fitted) == (jumps > 1)

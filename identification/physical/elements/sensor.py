@@ -80,7 +80,11 @@ ROWS: Final = (
         equation="F = f + m·a",
         parameters=(ParameterSpec("m", "kg", remedy=Remedy.FREQUENCY),),
         starts=lambda s: [{"m": s.gap / s.a_rms}],
-        alias=Alias("the inertia of the load cell and its fixture, or of parts inside the damper", WITHOUT_DAMPER),
+        alias=Alias(
+            "the inertia of the load cell and its fixture, or of parts inside the damper; of a viscous damper, a "
+            "displacement that was recorded late",
+            WITHOUT_DAMPER,
+        ),
     ),
     ElementSpec(
         name="parallel_stiffness",
