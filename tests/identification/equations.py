@@ -67,7 +67,7 @@ EQUATIONS: dict[str, Equation] = {
     "eddy_current_damping": lambda z, w, u, t, q: 2 * q["f_peak"] * q["w_peak"] * w / (q["w_peak"] ** 2 + w**2),
     "shim_stack_damping": lambda z, w, u, t, q: shims(w, q),
     "linear_stiffness": lambda z, w, u, t, q: q["k"] * z,
-    "cubic_stiffness": lambda z, w, u, t, q: q["k3"] * z**3,
+    "cubic_stiffness": lambda z, w, u, t, q: q["k3"] * z**3 / (1.0 + q["bend"] * z**2),
     "gas_spring": lambda z, w, u, t, q: (
         -q["f0"] * (1 + q["warm"] * (t - 25) / 298.15) * (1 + z / q["length"]) ** -q["n"]
     ),

@@ -39,7 +39,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "hysteretic_biviscous": {"c_po": 300, "c_pr": 3000, "f_y": 100, "f_y_control": 50, "v_0": 0.01},
     "sigmoid_hysteresis": {"F_t": 100, "F_t_control": 30, "alpha": 40, "h": 0.1, "k_v": 1},
     "linear_stiffness": {"k": 4000, "beside_mount": 0},
-    "cubic_stiffness": {"k3": 1e6, "beside_mount": 0},
+    "cubic_stiffness": {"k3": 1e6, "bend": 300.0, "beside_mount": 0},
     "gas_spring": {"f0": 200, "length": 0.12, "n": 1.3, "heat": 0.4, "rested": 0.3, "warm": 0.8, "beside_mount": 0},
     "warm_gas_spring": {"f0": 200, "length": 0.12, "n": 1.3, "T_ref": 25},
     "end_stop": {"k": 3e4, "z_max": 0.012, "side": -0.4, "k2": 4e6, "centre": 0.001, "beside_mount": 0},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
@@ -76,6 +77,13 @@ def _is_yield(values: Values, around: Surroundings) -> bool:
 def _is_plain(values: Values, around: Surroundings) -> bool:
     """Whether a hysteresis has no loop and bends within the speeds of the motion, as others do; below, it yields."""
     return values["delta"] < FORM.build_up and FORM.disproportionate * around.slow * values["beta"] < 1.0
+
+
+def _never_bends(values: Values, around: Surroundings) -> bool:
+    """Whether a hysteresis stays so far below its yield force that it is a dashpot and a spring: tanh y departs from y
+    by y²/3, up to the peak of a sine of the rms speed."""
+    most = math.sqrt(2.0) * around.speed * values["beta"] + values["delta"]
+    return most**2 / 3.0 < FORM.tolerance
 
 
 def _without_loop(values: Values, others: Sequence[ElementSpec]) -> bool:
@@ -254,6 +262,7 @@ ROWS: Final = (
         by_position=True,
         curve=Curve.WHOLE,
         unlikely=_is_plain,
+        mistaken=_never_bends,
         denied=_without_loop,
     ),
     ElementSpec(

@@ -17,6 +17,7 @@ from identification.physical.elements.spec import (
     Family,
     ParameterSpec,
     Remedy,
+    Surroundings,
     Values,
     of_shape,
 )
@@ -28,6 +29,11 @@ if TYPE_CHECKING:
 def _follows_warmth(own: Values, scales: Scales) -> float | None:
     """The pressure of an ideal gas follows the absolute temperature; none where that does not vary."""
     return 1.0 if scales.warmth > FORM.varying_temperature else None
+
+
+def _is_spring(values: Values, around: Surroundings) -> bool:
+    """Whether a stop acts on both sides from the middle on. One that acts on one side is a stop from there too."""
+    return abs(values["side"]) < 1.0 - FORM.minor and values["z_max"] < 0.05 * 0.5 * around.stroke
 
 
 ROWS: Final = (
@@ -45,8 +51,13 @@ ROWS: Final = (
         name="cubic_stiffness",
         family=Family.SPRING,
         title="cubic stiffness",
-        equation="f = k3·z³",
-        parameters=(ParameterSpec("k3", "N/m³", UNBOUNDED, remedy=Remedy.STROKE), BESIDE_MOUNT),
+        equation="f = k3·z³/(1 + bend·z²)",
+        parameters=(
+            ParameterSpec("k3", "N/m³", UNBOUNDED, remedy=Remedy.STROKE),
+            # A spring that softens does so towards another stiffness, and not without end.
+            of_shape("levels off", "bend", "1/m²", lambda own, s: s.x_max**-2),
+            BESIDE_MOUNT,
+        ),
         starts=lambda s: [{"k3": s.gap / s.x_rms**3}],
         linear_in_velocity=True,
     ),
@@ -97,7 +108,7 @@ ROWS: Final = (
         equation="f = s·(1 + s·side)·(k·o + k2·o²), o = max(0, |z − centre| − z_max), s = sgn(z − centre)",
         parameters=(
             ParameterSpec("k", "N/m", bound_is_meant=True, remedy=Remedy.FREQUENCY),  # one that hardens may begin soft
-            ParameterSpec("z_max", "m", limits=lambda s: (0.05 * s.x_max, s.x_max), remedy=Remedy.STROKE),
+            ParameterSpec("z_max", "m", bound_is_meant=True, limits=lambda s: (0.0, s.x_max), remedy=Remedy.STROKE),
             # Of most machines one end has the harder stop, or alone has one: 1 in extension, −1 in compression.
             ParameterSpec("side", "–", -1.0, high=1.0, default=0.0, refinement=True, bound_is_meant=True),
             # Rubber and foam harden as they are pressed: beginning with the whole force at the end of the stroke.
@@ -111,6 +122,7 @@ ROWS: Final = (
             of_shape("off centre", "centre", "m", lambda own, s: 0.1 * own["z_max"], low=UNBOUNDED),
             BESIDE_MOUNT,
         ),
+        mistaken=_is_spring,
         # The last two: a buffer at one end that hardens.
         starts=lambda s: [
             *({"k": s.force / s.x_max, "z_max": part * s.x_max} for part in (0.45, 0.65, 0.85)),

@@ -17,6 +17,24 @@ _GAS, _STOP, _PROGRESSIVE = code_of("gas_spring"), code_of("end_stop"), code_of(
 _WARM_GAS, _KELVIN, _USUAL_C = code_of("warm_gas_spring"), 273.15, 25.0
 
 
+class Cubic(NamedTuple):
+    k3: float
+    bend: float
+
+
+@inlined
+def cubic(q, z):
+    """k3 z³/(1 + bend z²), its slope by z and its partials."""
+    square = z * z
+    less = 1.0 / (1.0 + q.bend * square)
+    shape = square * z * less
+    return (
+        q.k3 * shape,
+        q.k3 * square * (3.0 + q.bend * square) * less * less,
+        Cubic(shape, -q.k3 * shape * square * less),
+    )
+
+
 class Gas(NamedTuple):
     f0: float
     length: float
@@ -137,9 +155,9 @@ def spring(code, p, o, z, temperature, m, dp, wanted):
         if wanted:
             dp[o] = z
     elif code == _CUBIC:
-        f, f_z = p[o] * z * z * z, 3.0 * p[o] * z * z
+        f, f_z, by = cubic(Cubic(p[o], p[o + 1]), z)
         if wanted:
-            dp[o] = z * z * z
+            dp[o], dp[o + 1] = by
     elif code == _GAS:
         f, f_z, f_m, by = gas(gas_of(p, o), z, temperature, m)
         if wanted:
