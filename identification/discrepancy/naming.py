@@ -125,8 +125,8 @@ def _beside_form(state: Search, records: Sequence[Record]) -> Search:
     """Add a name that closes nearly all that is missing without it, though that is within the tolerance of form.
 
     A departure of form is no element of its own, and where the finer shapes of those that are there close as much, it
-    is theirs; only a curve over velocity may look like that of another one, and a friction like that of another
-    friction.
+    is theirs; only a curve over velocity may look like that of another one, and a friction, or what acts in series
+    with one, like that of another friction.
     """
     known = max(material_excess(records), significant_excess(records))
     if state.excess <= known or state.full:
@@ -137,9 +137,11 @@ def _beside_form(state: Search, records: Sequence[Record]) -> Search:
         return state
     curves = [name for name, spec in CATALOGUE.items() if spec.bent or spec.dry_friction]
     rubs = any(e.spec.friction for e in _named(state))
+    slides = any(e.spec.dry_friction for e in state.fit.model.elements)
+    behind = [name for name, spec in CATALOGUE.items() if spec.path == "mount"] if slides else []
     # What it does not close at first, others that are revised beside it may: half of what is asked.
     helps = BUDGET.half_as_good * (1.0 - FORM.minor)
-    improved = _add_best(state, records, excluded=curves + (_frictions() if rubs else []), helps=helps)
+    improved = _add_best(state, records, excluded=[*curves, *behind, *(_frictions() if rubs else [])], helps=helps)
     return state if improved is None or not _closes_nearly_all(improved, state, records) else improved
 
 
