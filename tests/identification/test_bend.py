@@ -15,6 +15,7 @@ from identification.physical.elements.equations.damping import Relief, relief
 from identification.physical.elements.equations.point import Point
 from identification.physical.model import Model, element
 from identification.record import compact, record_from_run
+from identification.scales import scales_of
 from rigctl.runfile import Run
 from tests.identification.ordinary import Floats, motion, recorded
 
@@ -99,3 +100,28 @@ def test_a_curve_that_bends_far_below_the_slow_speeds_is_a_friction(knee: float,
     curve = element("piecewise_linear_damping", {"c1": 40.0 / knee, "c2": 5.0, "f_r": 40.0})
     fit = fit_records(LINEAR.with_element(curve), records, max_iterations=0)
     assert is_mistaken(trial_of(fit, "piecewise_linear_damping", base, records, 0.0)) == refused
+
+
+@pytest.mark.parametrize("name", ["coulomb_friction", "stribeck_friction"])
+@pytest.mark.parametrize(("times_slow", "refused"), [(0.5, False), (1.5, True)])
+def test_a_friction_that_builds_up_over_more_than_the_slow_speeds_is_a_curve(
+    name: str, times_slow: float, refused: bool
+) -> None:
+    records = [compact(record_from_run(controlled(k, 0.03, 1.0))) for k in range(2)]
+    slow = times_slow * scales_of(records, 0.0).speeds[0]
+    own = {"f_c": 50.0, "w_r": slow} | ({"f_s": 90.0, "w_s": 0.1} if name == "stribeck_friction" else {})
+    base = fit_records(LINEAR, records, max_iterations=0)
+    fit = fit_records(LINEAR.with_element(element(name, own)), records, max_iterations=0)
+    assert is_mistaken(trial_of(fit, name, base, records, 0.0)) == refused
+
+
+def test_a_curve_that_gives_half_of_its_force_to_one_side_is_an_asymmetry_and_a_bend_and_no_friction() -> None:
+    dashpot = Model(name="dashpot", elements=(element("viscous_damping", {"c": 2000.0}),))
+    runs = []
+    for k, amplitude in enumerate((0.02, 0.03, 0.012, 0.035, 0.025)):
+        _, x, v = motion(60 + k, amplitude, seconds=6.0)
+        force = np.where(v > 0.0, 2500.0, 1250.0) * 0.1 * np.abs(v / 0.1) ** 0.9 * np.sign(v)
+        runs.append(recorded("valve", 60 + k, x, force, noise=1.0))
+    named = {e.element for e in explain(dashpot, runs[:4], runs[4:]).effects}
+    assert "damping_asymmetry" in named
+    assert named - {"damping_asymmetry"} <= BENDS

@@ -100,6 +100,11 @@ def _is_spring_or_dry(values: Values, around: Surroundings) -> bool:
     return lost < FORM.loop * values["A"] or travel < CHANCE.visible * around.stroke
 
 
+def _is_curve(values: Values, around: Surroundings) -> bool:
+    """Whether a friction builds up over more than the lowest typical speed: then it is a curve over velocity."""
+    return values["w_r"] > around.slow
+
+
 ROWS: Final = (
     ElementSpec(
         name="bouc_wen",
@@ -136,6 +141,7 @@ ROWS: Final = (
         smooth_over="w_r",
         dry_friction=True,
         limits_of=tuple(Growth(of=name, starts=_level) for name in ("presliding_friction", "stribeck_friction")),
+        mistaken=_is_curve,
     ),
     ElementSpec(
         name="stribeck_friction",
@@ -156,6 +162,7 @@ ROWS: Final = (
         growth=Growth(of="coulomb_friction", starts=_falling_from),
         limits_of=(Growth(of="lugre_friction", starts=_stiff_bristles),),
         denied=_does_not_fall,
+        mistaken=_is_curve,
     ),
     ElementSpec(
         name="presliding_friction",
