@@ -4,7 +4,7 @@ BIN := .venv/bin
 OUT ?= demo-output
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: setup demo test docs check bench bench-explain bench-peers lock clean
+.PHONY: setup demo test test-long docs check bench bench-explain bench-peers lock clean
 
 setup: .venv/.ready
 
@@ -19,8 +19,14 @@ demo: setup
 	$(BIN)/damper-rig demo -o $(OUT)
 
 # Three workers on two processors: tests of servers and rigs wait more than they work.
+PYTEST := $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
+
 test: setup
-	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
+	$(PYTEST)
+
+# What `make test` leaves out because it takes long.
+test-long: setup
+	$(PYTEST) -m 'slow and not bench'
 
 check: setup
 	$(BIN)/ruff format --check .
