@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 
 import pytest
 
@@ -22,10 +23,16 @@ from tests.identification.specimens import found_with, records_with
 
 def first_trials() -> tuple[list[Record], Search, list[Trial]]:
     """Records of a machine with a mass that the base lacks, the search before any name, and what was tried first."""
+    records, bare, found = _first_trials()
+    return list(records), bare, list(found)
+
+
+@cache  # nobody changes a search or a trial
+def _first_trials() -> tuple[tuple[Record, ...], Search, tuple[Trial, ...]]:
     records = records_with("moving_mass")
     base = fit_records(BASE, records)
     bare = Search(fit=base, names=(), excess=excess_of(base), given=BASE, base_excess=excess_of(base))
-    return records, bare, naming.trials(base, BASE, records)
+    return tuple(records), bare, tuple(naming.trials(base, BASE, records))
 
 
 def test_where_a_name_led_nowhere_the_second_choice_is_tried() -> None:
