@@ -55,30 +55,36 @@ from tests.identification.tasks import (
 )
 
 ROOT = Path(__file__).parents[2]
-ALL = ("serial", "threads", "processes", "cluster")
-ELSEWHERE = ("processes", "cluster")
+HERE = ("serial", "threads", "processes")
+CLUSTER = pytest.param("cluster", marks=pytest.mark.slow)
+ALL = (*HERE, CLUSTER)
+ELSEWHERE = ("processes", CLUSTER)
 
 
 @pytest.fixture(scope="module")
-def executors(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Executor]]:
+def executors() -> Iterator[dict[str, Executor]]:
+    made: dict[str, Executor] = {"serial": Serial(), "threads": Threads(3), "processes": Processes(2)}
+    yield made
+    for executor in made.values():
+        executor.close()
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Executor]:
     with dask_on_loopback(tmp_path_factory.mktemp("dask")) as dask:
         dask.add_workers(2)
-        made = {
-            "serial": Serial(), "threads": Threads(3), "processes": Processes(2),
-            "cluster": Cluster(dask.address, threads=2),
-        }  # fmt: skip
-        yield made
-        for executor in made.values():
-            executor.close()
+        with closing(Cluster(dask.address, threads=2)) as cluster:
+            yield cluster
 
 
 @pytest.fixture
 def executor(request: pytest.FixtureRequest, executors: dict[str, Executor]) -> Iterator[Executor]:
-    with using(executors[request.param]):
-        yield executors[request.param]
+    chosen = request.getfixturevalue("cluster") if request.param == "cluster" else executors[request.param]
+    with using(chosen):
+        yield chosen
 
 
-def on(*names: str) -> pytest.MarkDecorator:
+def on(*names: Any) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("executor", names, indirect=True)
 
 
@@ -255,6 +261,7 @@ def test_worker_processes_end_when_their_parent_is_killed(tmp_path: Path) -> Non
     parent.communicate(timeout=60.0)  # to the end of an output that the workers have too
 
 
+@pytest.mark.slow
 def test_a_cluster_of_two_of_which_one_is_killed_half_way_completes_the_work(tmp_path: Path) -> None:
     with dask_on_loopback(tmp_path) as dask:
         one, _ = dask.add_workers(2)
@@ -329,7 +336,9 @@ def test_a_process_tied_to_one_processor_has_one_worker() -> None:
 
 
 @pytest.mark.slow
-def test_a_search_names_the_same_with_every_number_the_same_to_the_bit(executors: dict[str, Executor]) -> None:
+def test_a_search_names_the_same_with_every_number_the_same_to_the_bit(
+    executors: dict[str, Executor], cluster: Executor
+) -> None:
     train, held = [measured("moving_mass", k, seed=3) for k in (2, 3)], [measured("moving_mass", 5, seed=3)]
 
     def explained(executor: Executor) -> tuple[dict[str, Any], list[bytes]]:
@@ -337,7 +346,7 @@ def test_a_search_names_the_same_with_every_number_the_same_to_the_bit(executors
             found = explain(AS_SIMULATED, train, held)
         return report_data(found), [t.final.tobytes() for t in found.traces]
 
-    serial, *others = (explained(executors[name]) for name in ALL)
+    serial, *others = (explained(executor) for executor in (*executors.values(), cluster))
     assert [e["element"] for e in serial[0]["effects"]] == ["moving_mass"]
     assert serial[0]["next_test"]["design"] is not None
     for other in others:
