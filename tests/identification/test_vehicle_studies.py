@@ -121,6 +121,7 @@ def test_a_small_shift_grows_exactly_where_the_linear_bogie_is_unstable(speed: f
         assert np.log(late / early) == pytest.approx(grows, rel=0.25)  # e-folds in the second between them
 
 
+@pytest.mark.slow
 def test_a_yaw_damper_stops_the_hunting_that_a_bogie_without_one_keeps_up() -> None:
     given = OnRail(seconds=3.0)
     assert limit_cycle(hunting(viscous(10.0), given, 80.0)) > 5e-3
@@ -168,6 +169,7 @@ def test_a_vehicle_of_the_users_own_answers_as_the_same_vehicle_here() -> None:
 
 
 SHORT = OnRoad(seconds=5.0, period_s=2.0)
+COARSE = replace(SHORT, step_s=0.004)  # what is asked does not depend on the step
 
 
 def test_what_an_effect_is_worth_is_told_with_the_figure_that_changes_most() -> None:
@@ -175,18 +177,21 @@ def test_what_an_effect_is_worth_is_told_with_the_figure_that_changes_most() -> 
         name="full",
         elements=(element("viscous_damping", {"c": 1200.0}), element("coulomb_friction", {"f_c": 120.0})),
     )
-    found = worth(full, without(full, ["coulomb_friction"]), lambda models: road_study(models, SHORT), "the friction")
+    found = worth(full, without(full, ["coulomb_friction"]), lambda models: road_study(models, COARSE), "the friction")
     assert found.matters
     assert "the friction matters in this vehicle" in found.sentence
     assert found.changes["power in the damper"] == pytest.approx(
         found.study.change(found.study.answers[1].label, "power in the damper")
     )
-    same = worth(full, replace(full, name="same"), lambda models: road_study(models, SHORT), "nothing")
+    same = worth(full, replace(full, name="same"), lambda models: road_study(models, COARSE), "nothing")
     assert not same.matters
     assert set(same.changes.values()) == {0.0}
 
 
-@pytest.mark.parametrize("model", BLACK, ids=lambda model: model.name)
+@pytest.mark.parametrize(
+    "model",
+    [pytest.param(m, id=m.name, marks=[] if m.name == "no memory" else pytest.mark.slow) for m in BLACK],
+)
 def test_a_black_box_of_any_kind_is_a_damper_that_tells_where_it_leaves_its_training(model: SimulationModel) -> None:
     found = road_study([model], replace(SHORT, current=0.5)).answers[0]
     assert 0.0 < found.figure("weighted acceleration a_w (Wk)").value < 10.0
@@ -202,7 +207,7 @@ def test_an_effect_of_the_rig_is_worth_nothing_in_a_vehicle() -> None:
 
 
 def test_a_study_is_the_same_every_time() -> None:
-    one, other = (road_study([viscous(1200.0)], SHORT) for _ in range(2))
+    one, other = (road_study([viscous(1200.0)], COARSE) for _ in range(2))
     assert json.dumps(study_data(one)) == json.dumps(study_data(other))
 
 
@@ -241,6 +246,7 @@ def test_the_share_of_the_service_outside_the_training_is_that_of_the_areas() ->
         range_of(service, [], [None])
 
 
+@pytest.mark.slow
 def test_the_commands_answer_in_json_and_write_their_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     model, page = "examples/models/passive.json", tmp_path / "page.html"
     assert main(["study", "vehicle", model, "--seconds", "5", "-o", str(page), "--json"]) == 0
@@ -278,6 +284,7 @@ SETTINGS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("setting", SETTINGS, ids=["car", "bogie"])
 def test_an_interrupted_study_goes_on_where_it_was_to_the_bit(setting: OnRoad | OnRail, tmp_path: Path) -> None:
     models, journal = [viscous(1200.0), viscous(2400.0)], tmp_path / "page.html.part"
@@ -304,6 +311,7 @@ def test_an_interrupted_study_goes_on_where_it_was_to_the_bit(setting: OnRoad | 
         assert all(np.array_equal(a.y, b.y) for a, b in zip(one.curves, other.curves, strict=True))
 
 
+@pytest.mark.slow
 def test_a_seat_is_controlled_the_same_in_any_number_of_threads() -> None:
     models, setting = [load_model(SEAT / "original.json")], OnSeat(sines_hz=(3.0, 4.0), step_s=0.005)
     found = []
@@ -313,6 +321,7 @@ def test_a_seat_is_controlled_the_same_in_any_number_of_threads() -> None:
     assert found[0] == found[1]
 
 
+@pytest.mark.slow
 def test_a_study_is_the_same_to_the_bit_on_a_dask_cluster(tmp_path: Path) -> None:
     models, setting = [viscous(1200.0)], SETTINGS[0]
     with dask_on_loopback(tmp_path) as dask:
