@@ -100,6 +100,7 @@ def aerated(k: int, amplitude: float, gone_n: float) -> Run:
     return recorded("aerated", k, x, found.y[0], 3.0)
 
 
+@pytest.mark.slow
 def test_air_that_is_gone_soon_is_named_and_no_play() -> None:
     base = Model(name="viscous", elements=(element("viscous_damping", {"c": 8000.0}),))
     found = explain(base, [aerated(k, a, 40.0) for k, a in enumerate((0.004, 0.008, 0.012, 0.006))])

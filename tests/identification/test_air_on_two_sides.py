@@ -43,6 +43,7 @@ def aerated(seed: int, amplitude: float) -> Run:
     return recorded("twin-tube", seed, x, force_of(t, v))
 
 
+@pytest.mark.slow
 def test_air_that_yields_by_two_areas_is_named_with_both_and_nothing_beside_it() -> None:
     found = explain(BASE, [aerated(1, 0.02), aerated(2, 0.03), aerated(3, 0.012)], [aerated(4, 0.025)])
     assert [e.element for e in found.effects] == ["aerated_oil"]

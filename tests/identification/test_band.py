@@ -43,7 +43,9 @@ def found(kind: str) -> Identified:
     return identify(kind, LEARNED, held_out=SHOWN, structures=chosen.get(kind, []), base=base)
 
 
-@pytest.mark.parametrize("kind", ["nnoe", "mlp", "arx", "polynomial", "hybrid"])
+@pytest.mark.parametrize(
+    "kind", [*(pytest.param(kind, marks=pytest.mark.slow) for kind in ("nnoe", "mlp")), "arx", "polynomial", "hybrid"]
+)
 def test_a_band_of_90_percent_holds_85_to_95_percent_of_runs_that_were_never_seen(kind: str) -> None:
     result = found(kind)
     reached = np.mean(list(result.reached.values()))
@@ -66,6 +68,7 @@ def of_currents() -> Identified:
     )
 
 
+@pytest.mark.slow
 def test_the_band_holds_its_level_at_a_current_between_and_widens_beyond_the_training() -> None:
     result = of_currents()
     assert min(result.reached.values()) >= 0.85, result.reached
@@ -197,7 +200,7 @@ def test_a_band_takes_its_weights_from_parts_that_are_left_out() -> None:
     )  # whole currents were left out
 
 
-@pytest.mark.parametrize("runs", [3, 6, 24])
+@pytest.mark.parametrize("runs", [3, *(pytest.param(runs, marks=pytest.mark.slow) for runs in (6, 24))])
 def test_a_band_of_few_runs_holds_its_level_of_a_further_run_whose_errors_are_off_together(
     runs: int,
 ) -> None:

@@ -36,7 +36,7 @@ def controlled(seed: int, amplitude: float, current: float) -> Run:
     return recorded("valve", seed, x, force, more={"current": np.full(x.size, current)})
 
 
-@pytest.mark.parametrize("first", [0, 20])
+@pytest.mark.parametrize("first", [0, pytest.param(20, marks=pytest.mark.slow)])
 def test_a_bend_that_follows_the_current_is_no_hysteresis(first: int) -> None:
     plan = [(0.02, 0.4), (0.03, 0.8), (0.012, 1.2), (0.035, 1.6), (0.025, 1.0), (0.03, 1.4)]
     runs = [controlled(first + k, *p) for k, p in enumerate(plan)]

@@ -134,6 +134,7 @@ def behind_oil(v: Floats, stiffness: float) -> Floats:
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seal", [40.0, 90.0])
 def test_a_rod_seal_beside_oil_that_gives_way_is_a_friction_and_a_compliance(seal: float) -> None:
     runs = campaign("cylinder", lambda x, v: behind_oil(v, 6e4) + seal * v / (np.abs(v) + 3e-4), SIZES)
@@ -159,6 +160,7 @@ def gas(x: Floats) -> Floats:
     return np.asarray(-150.0 * (1.0 + x / 0.045) ** -1.25)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "law"), [("end_stop", buffer), ("gas_spring", gas)])
 def test_a_spring_beside_what_gives_way_is_named_there_and_a_compliance(
     name: str, law: Callable[[Floats], Floats]

@@ -38,6 +38,7 @@ def run(name: str, seed: int, saturates: bool) -> Run:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("saturates", [True, False])
 def test_what_one_more_name_closes_almost_whole_is_no_departure_of_form(saturates: bool) -> None:
     runs = [run(f"run-{k}", k, saturates) for k in range(5)]

@@ -137,6 +137,7 @@ def test_other_models_stand_on_the_same_ladder() -> None:
     assert answer.beside[0].outputs[0] == pytest.approx(STEPS[0](other))
 
 
+@pytest.mark.slow
 def test_black_boxes_and_hybrids_stand_on_the_same_ladder_and_in_the_same_steps() -> None:
     small, random = Model(name="small", elements=FULL.elements[:2]), np.random.default_rng(3)
     measured = [_run(0.01, 1.0, random, 1.0 / DT), _run(0.02, 2.0, random, 1.0 / DT)]
@@ -149,6 +150,7 @@ def test_black_boxes_and_hybrids_stand_on_the_same_ladder_and_in_the_same_steps(
         assert rung.outputs == (step(box),)
 
 
+@pytest.mark.slow
 def test_the_steps_of_a_plan_are_of_any_vehicle() -> None:
     text = """
     [[step]]

@@ -62,6 +62,7 @@ def test_the_report_its_lines_and_its_page_say_it(found: Explanation, tmp_path: 
     assert "Before any model: force" in page.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_runs_that_tell_nothing_leave_it_out() -> None:
     runs = [replace(multisine_run(k, changes={"displacement": ALL_LINES}), run_id=f"all {k}") for k in range(2)]
     found = explain(viscous(), runs)

@@ -81,6 +81,7 @@ def test_the_answer_is_the_same_to_the_bit_on_every_executor() -> None:
     assert answers[0] == answers[1] == answers[2]
 
 
+@pytest.mark.slow
 def test_the_answer_is_the_same_to_the_bit_on_a_dask_cluster(tmp_path: Path) -> None:
     asked = replace(ASKED, samples=33)
     with dask_on_loopback(tmp_path) as dask:

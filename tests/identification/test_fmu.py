@@ -137,6 +137,7 @@ def test_an_fmu_that_meets_the_data_leaves_no_discrepancy(fmu: Path) -> None:
     assert explain(None, runs).effects == ()
 
 
+@pytest.mark.slow
 def test_an_fmu_is_compared_with_a_physical_model(
     fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

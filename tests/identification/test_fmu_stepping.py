@@ -161,6 +161,7 @@ def test_a_failure_says_what_failed_and_when(fmus: Fmus) -> None:
             stepped(stepper, sine_motion(0.01, 5.0, 200, 1))
 
 
+@pytest.mark.slow
 def test_a_vehicle_in_an_fmu_answers_as_the_same_vehicle_here(fmus: Fmus) -> None:
     ground = g.sine(2.0, 0.01, 1.5, DT)
     for damper in (VISCOUS, literature("Bouc–Wen")):
@@ -172,6 +173,7 @@ def test_a_vehicle_in_an_fmu_answers_as_the_same_vehicle_here(fmus: Fmus) -> Non
         assert once.outputs["body"] == pytest.approx(ours.outputs["body"], abs=3e-4)  # of 12 mm
 
 
+@pytest.mark.slow
 def test_a_study_in_a_vehicle_of_ones_own_gives_the_figures_of_the_same_vehicle_here(fmus: Fmus) -> None:
     asked = OnOwn(seconds=5.0, period_s=2.0, step_s=0.004)
     found = own_study(fmus.car, [VISCOUS], asked).answers[0]
@@ -189,6 +191,7 @@ def test_a_study_in_a_vehicle_of_ones_own_gives_the_figures_of_the_same_vehicle_
     assert any("one step late" in note for note in late.notes)
 
 
+@pytest.mark.slow
 def test_a_notebook_and_the_command_drive_it_alike(
     fmus: Fmus, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -90,6 +90,7 @@ def test_a_fit_finds_how_fast_the_heat_passes() -> None:
     assert found.value("rested") == pytest.approx(1.0, abs=0.2)
 
 
+@pytest.mark.slow
 def test_an_air_spring_that_takes_up_heat_is_a_gas_spring_and_no_drift_of_the_load_cell() -> None:
     """Its force drifts for the first seconds, and differs between tests that are slow and quick."""
     sizes = (0.012, 0.03, 0.02, 0.036, 0.026)

@@ -174,7 +174,10 @@ def judged(path: Path, kind: str) -> bool:
     return True
 
 
-@pytest.mark.parametrize("kind", ["nnoe", "polynomial", "layered", "hybrid", "inverse", "multiaxis"])
+LONGER = ("nnoe", "layered", "hybrid", "inverse", "multiaxis")
+
+
+@pytest.mark.parametrize("kind", ["polynomial", *(pytest.param(kind, marks=pytest.mark.slow) for kind in LONGER)])
 def test_a_file_with_a_hostile_value_is_refused_in_one_line_or_gives_a_bounded_force(kind: str, tmp_path: Path) -> None:
     path, taken, refused = tmp_path / "hostile.json", 0, 0
     data = files()[kind]

@@ -73,6 +73,7 @@ def controlled(k: int, amplitude: float, period: float) -> Run:
     )
 
 
+@pytest.mark.slow
 def test_of_a_late_displacement_no_delay_of_the_current_is_named() -> None:
     runs = [controlled(k, a, p) for k, (a, p) in enumerate(((0.02, 0.7), (0.03, 1.1), (0.012, 0.5), (0.025, 0.9)))]
     base = Model(

@@ -26,6 +26,7 @@ def damper(seed: int, amplitude: float) -> Run:
     return recorded("filtered", seed, x, filtered)
 
 
+@pytest.mark.slow
 def test_a_low_pass_of_two_poles_is_told_as_it_is_beside_a_force_that_jumps() -> None:
     runs, held_out = [damper(1, 0.012), damper(2, 0.008), damper(3, 0.016)], [damper(4, 0.012)]
     found = explain(BASE, runs, held_out)

@@ -74,7 +74,9 @@ def resonator(seed: int, *, k3: float, periodic: bool, noise: float = 1e-3) -> t
 
 
 @pytest.mark.parametrize("periodic", [True, False], ids=["over periods", "without periods"])
-@pytest.mark.parametrize("k3", [4.0, -1.0, 0.0], ids=["hardening", "softening", "linear"])
+@pytest.mark.parametrize(
+    "k3", [4.0, pytest.param(-1.0, marks=pytest.mark.slow), 0.0], ids=["hardening", "softening", "linear"]
+)
 def test_a_spring_that_bends_is_named_beneath_the_noise_that_a_mass_makes_of_a_displacement(
     k3: float, periodic: bool
 ) -> None:
@@ -158,6 +160,7 @@ def test_a_force_with_memory_has_no_say_in_the_band_of_its_motion(tone: float, r
     assert np.std((bush.motion.v - v)[bush.window]) < 2e-3 * np.std(v)
 
 
+@pytest.mark.slow
 def test_friction_and_offset_of_a_machine_that_moves_from_place_to_place_are_named() -> None:
     found = explain(heavy(), [positioning(1)], [positioning(3)])
     dry = {"coulomb_friction", "stribeck_friction", "presliding_friction"}
@@ -225,6 +228,7 @@ def test_the_noise_of_a_force_in_its_own_band_is_the_share_of_it_that_lies_there
     assert record.sigma == pytest.approx(np.sqrt(2.0 * 150.0 / 750.0), rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_hysteresis_that_grows_with_its_stroke_is_named_on_an_oscillator_driven_by_a_force() -> None:
     base = Model(
         name="linear", elements=(element("viscous_damping", {"c": 13.0}), element("linear_stiffness", {"k": 6e4}),

@@ -91,6 +91,7 @@ def test_superposition_is_exact_where_the_loads_add_up_and_fails_where_they_do_n
     assert "superposition fails" in found.described()[0]
 
 
+@pytest.mark.slow
 def test_a_damper_between_bushes_adds_up_in_service_and_not_far_sideways() -> None:
     def made(moved: Floats, name: str) -> Run:
         return run_of(moved, played(ANTI_YAW, moved, RATE_HZ, seed=len(name)), name)
@@ -140,6 +141,7 @@ def test_where_and_how_far_an_axis_or_its_speed_leaves_the_training_is_told() ->
     assert len(told) == 2
 
 
+@pytest.mark.slow
 def test_single_tests_that_play_one_motion_tell_the_axes_apart_all_the_same() -> None:
     same = motion(1)[:, :1] / LARGEST[0] * LARGEST
     held_out = by_formula(motion(2), "together")

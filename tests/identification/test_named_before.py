@@ -31,6 +31,7 @@ def explained() -> Explanation:
     return explain(AS_SIMULATED, runs(FITTED), runs(HELD))
 
 
+@pytest.mark.slow
 def test_what_the_form_of_a_name_leaves_is_no_further_discrepancy_of_the_model_with_that_name(
     tmp_path: Path,
 ) -> None:

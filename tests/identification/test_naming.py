@@ -46,8 +46,12 @@ def scaled(model: Model, factor: float) -> Model:
     return model.with_values(values)
 
 
+LONGER = ("linear_stiffness", "moving_mass", "force_delay", "end_stop")
+
+
 @pytest.mark.parametrize(
-    "effect", ["coulomb_friction", "linear_stiffness", "damping_asymmetry", "moving_mass", "force_delay", "end_stop"]
+    "effect",
+    ["coulomb_friction", "damping_asymmetry", *(pytest.param(e, marks=pytest.mark.slow) for e in LONGER)],
 )
 def test_a_hidden_effect_is_named_and_the_gap_closes_on_runs_no_fit_has_seen(effect: str) -> None:
     train, held = campaign(effect, seed=3)
@@ -59,6 +63,7 @@ def test_a_hidden_effect_is_named_and_the_gap_closes_on_runs_no_fit_has_seen(eff
     assert found.effects[0].confidence > 0.5
 
 
+@pytest.mark.slow
 def test_names_that_do_not_close_the_gap_on_unseen_runs_explain_it_only_in_part() -> None:
     train, held = campaign("linear_stiffness", seed=3)
     x = held[0].channels["displacement"]
@@ -87,6 +92,7 @@ def test_a_second_look_with_what_was_found_as_the_base_finds_nothing() -> None:
     assert again.effects == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "effect",
     ["coulomb_friction", *(pytest.param(e, marks=pytest.mark.bench) for e in ("moving_mass", "damping_asymmetry"))],
@@ -103,6 +109,7 @@ def test_the_run_that_was_not_tared_is_named_and_the_others_are_explained_withou
     assert train[2].run_id not in report_data(found)["runs"]["train"]
 
 
+@pytest.mark.slow
 def test_names_with_which_unseen_runs_are_worse_than_with_the_base_are_taken_back() -> None:
     train, held = campaign("linear_stiffness", seed=3)
     x = held[0].channels["displacement"]
@@ -119,6 +126,7 @@ def test_names_with_which_unseen_runs_are_worse_than_with_the_base_are_taken_bac
     assert taken_back.features.left_held_out > 1.0
 
 
+@pytest.mark.slow
 def test_of_names_that_leave_a_part_each_that_closes_much_stays() -> None:
     runs = [run("moving_mass", k, seed=3) for k in (0, 2)]
     rub = [14.0 * np.sin(2 * np.pi * r.channels["displacement"] / 0.004) for r in runs]  # of which nothing is known
@@ -132,6 +140,7 @@ def test_of_names_that_leave_a_part_each_that_closes_much_stays() -> None:
         assert found.excess < (1.0 - FORM.closes) * without
 
 
+@pytest.mark.slow
 def test_a_search_that_leads_no_further_goes_on_from_the_better_fit_it_had_passed_over() -> None:
     runs = [run("moving_mass", k, seed=3) for k in (0, 2)]
     runs = [with_channel(r, "force", r.channels["force"] + 2e4 * r.channels["displacement"], "N") for r in runs]
@@ -154,6 +163,7 @@ def test_a_search_that_leads_no_further_goes_on_from_the_better_fit_it_had_passe
     assert naming._swap_in_better_fit(replace(stuck, fit=best.fit, names=(best.name,), excess=best.excess)) is None
 
 
+@pytest.mark.slow
 def test_an_effect_is_named_on_top_of_a_simulation_of_any_other_program() -> None:
     theirs = fit(BASE, campaign("none", seed=3)[0]).model
     train, held = (
@@ -167,6 +177,7 @@ def test_an_effect_is_named_on_top_of_a_simulation_of_any_other_program() -> Non
     assert any("out of reach" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_of_two_of_a_kind_the_one_that_was_missing_is_named(tmp_path: Path) -> None:
     theirs = fit(BASE, campaign("none", seed=3)[0]).model
     train, held = (
@@ -193,6 +204,7 @@ def test_of_two_of_a_kind_the_one_that_was_missing_is_named(tmp_path: Path) -> N
     assert read_model(tmp_path / "model.json").ids == found.model.ids
 
 
+@pytest.mark.slow
 def test_a_load_cell_that_was_tared_between_the_runs_is_told() -> None:
     train, held = campaign("none", seed=3)
     channels = dict(train[0].channels)
@@ -229,6 +241,7 @@ def test_an_effect_outside_the_catalogue_gets_no_name() -> None:
     assert found.remainder != ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1e-4, pytest.param(1e4, marks=pytest.mark.bench)])
 def test_the_name_does_not_depend_on_the_scale_of_the_force(scale: float) -> None:
     train, held = campaign("linear_stiffness", seed=6, scale=scale)
@@ -264,6 +277,7 @@ class _Page(HTMLParser):
                 self.outside.append(value)
 
 
+@pytest.mark.slow
 def test_the_report_is_one_offline_page_and_its_model_reads_back(tmp_path: Path) -> None:
     train, held = campaign("linear_stiffness", seed=9)
     found = explain(BASE, train, held)
@@ -320,6 +334,7 @@ def dry_frictions(state: naming.Search) -> int:
     return sum(state.fit.model.element(n).spec.dry_friction for n in state.names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("revised", [True, False])
 def test_two_dry_frictions_in_one_machine_are_given_one_name(revised: bool) -> None:
     """A seal with its breakaway and a guide that turns over gently: no one form is both, swapped or not."""

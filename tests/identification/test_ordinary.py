@@ -43,7 +43,13 @@ def test_a_stop_at_one_end_is_an_end_stop_of_that_side() -> None:
     assert {e.name: e for e in found.model.elements}["end_stop"].values()["side"] == pytest.approx(-1.0, abs=0.1)
 
 
-@pytest.mark.parametrize("analogue", [butter(1, 9.0, fs=RATE), butter(2, 14.0, fs=RATE), bessel(4, 16.0, fs=RATE)])
+@pytest.mark.parametrize(
+    "analogue",
+    [
+        butter(1, 9.0, fs=RATE),
+        *(pytest.param(a, marks=pytest.mark.slow) for a in (butter(2, 14.0, fs=RATE), bessel(4, 16.0, fs=RATE))),
+    ],
+)
 def test_a_low_pass_of_the_recorder_is_a_late_force_and_no_bush_or_mass(analogue: tuple[Floats, Floats]) -> None:
     """Filters of three kinds, of 2 to 4 times the fastest motion, on the force alone."""
     runs = campaign("late", lambda x, v: lfilter(*analogue, digressive(v)), SIZES)
@@ -54,7 +60,9 @@ def test_a_low_pass_of_the_recorder_is_a_late_force_and_no_bush_or_mass(analogue
     assert own["tau"] + own["lag"] == pytest.approx(delay[0] / RATE, rel=0.1)
 
 
-@pytest.mark.parametrize("analogue", [butter(1, 30.0, fs=RATE), butter(2, 25.0, fs=RATE)])
+@pytest.mark.parametrize(
+    "analogue", [butter(1, 30.0, fs=RATE), pytest.param(butter(2, 25.0, fs=RATE), marks=pytest.mark.slow)]
+)
 def test_a_low_pass_of_the_displacement_is_an_early_force_and_no_mass(analogue: tuple[Floats, Floats]) -> None:
     runs = campaign("early", lambda x, v: digressive(v), SIZES)
     runs = [
@@ -105,6 +113,7 @@ def test_motion_noise_is_no_more_than_what_is_left() -> None:
     assert with_motion_noise(record, model.model).sigma < 1.2 * max(left, record.sigma)
 
 
+@pytest.mark.slow
 def test_a_small_effect_beside_a_large_one_is_found_within_the_tolerance_of_its_form() -> None:
     """Asked again with what was found as its base, `explain` finds nothing more."""
     law = lambda x, v: digressive(v, 0.6) - 260.0 * (1.0 + x / 0.09) ** -1.2 + 14.0 * np.tanh(v / 0.004)  # noqa: E731

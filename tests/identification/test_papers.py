@@ -113,6 +113,7 @@ def seat_model(values: dict[str, float], held: tuple[str, ...]) -> Model:
     return Model(name="seat", elements=(*elements, element("modulated_tanh_hysteresis", tanh, held)))
 
 
+@pytest.mark.slow
 def test_the_thirteen_parameters_of_the_seat_damper_come_back_and_beat_the_current_alone() -> None:
     runs = seat_matrix()
     assert len(runs) == 258

@@ -64,6 +64,7 @@ def gas_records() -> list[Record]:
     return [compact(record_from_run(r)) for r in with_gas]
 
 
+@pytest.mark.slow
 def test_parts_of_one_cause_that_two_passes_found_get_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
     records = gas_records()
     first = found_with("force_offset", records=records)
@@ -130,6 +131,7 @@ def beside_another_start(found: Search, better: Search) -> Search:
     return replace(found, others=(better,))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", [after_a_step, beside_another_start])
 def test_names_that_leave_much_less_than_what_stands_of_the_search_take_their_place(
     where: Callable[[Search, Search], Search], monkeypatch: pytest.MonkeyPatch
@@ -161,6 +163,7 @@ def test_each_pass_looks_where_what_it_starts_from_fails_most(monkeypatch: pytes
     assert excess_of(passes.found.compared["force_offset"].without) > passes.found.excess
 
 
+@pytest.mark.slow
 def test_an_effect_that_acts_where_the_first_pass_has_not_looked_is_found() -> None:
     runs = [run("end_stop", k, seed=3) for k in range(6)]
     pushed = [with_channel(r, "force", r.channels["force"] + 60.0, "N") for r in runs]

@@ -28,6 +28,7 @@ def ports_and_valve(x: Floats, v: Floats) -> Floats:
     return np.asarray(np.sign(v) * np.interp(np.abs(v), through_ports + through_valve, force))
 
 
+@pytest.mark.slow
 def test_ports_and_valve_are_both_named_and_the_gap_closes() -> None:
     base = Model(name="viscous", elements=(element("viscous_damping", {"c": 2500.0}, ("c_control",)),))
     found = explain(base, campaign("ports", ports_and_valve, (0.01, 0.03, 0.05, 0.07, 0.04)))

@@ -79,6 +79,7 @@ def test_where_a_search_from_another_start_ended_is_kept_beside_what_it_found(
     assert [other.names for other in best.others] == [(wrong.id,)]
 
 
+@pytest.mark.slow
 def test_a_search_ends_where_another_one_has_been_unless_it_fits_better() -> None:
     records = records_with("moving_mass")
     base = fit_records(BASE, records)
@@ -119,6 +120,7 @@ def test_what_is_held_near_its_given_value_gets_its_own_limits_back() -> None:
     assert (freed.values() == fit.model.values()).all()
 
 
+@pytest.mark.slow
 def test_a_base_that_has_bent_too_far_is_held_near_what_was_given() -> None:
     records = records_with("linear_stiffness")
     given = BASE.with_values([*BASE.values()[:7], 8.0, *BASE.values()[8:]])  # a friction five times as blunt as it is
@@ -275,6 +277,7 @@ def test_a_search_ends_where_it_has_been(monkeypatch: pytest.MonkeyPatch) -> Non
     assert last.names == one.names
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("closes", [True, False])
 def test_a_further_name_still_closes_much_after_simpler_ones_took_the_place_of_others(closes: bool) -> None:
     records = records_with("linear_stiffness")
@@ -287,6 +290,7 @@ def test_a_further_name_still_closes_much_after_simpler_ones_took_the_place_of_o
     assert (naming.improve_once(state, records, revise=revise) is not None) == closes
 
 
+@pytest.mark.slow
 def test_a_name_must_close_as_much_as_is_asked_of_it() -> None:
     _, bare, found = first_trials()
     records = records_with("moving_mass")

@@ -92,7 +92,7 @@ def test_a_compliance_has_one_branch_and_none_beside_a_play() -> None:
         assert denies_its_name(bush, Model(name="m", elements=(*BASE.elements, bush, *others))) is denied
 
 
-@pytest.mark.parametrize("rubber", [relaxes, rubs])
+@pytest.mark.parametrize("rubber", [pytest.param(relaxes, marks=pytest.mark.slow), rubs])
 def test_a_bush_of_rubber_is_a_compliance_and_no_late_force(
     rubber: Callable[[float, Floats, float, float], tuple[float, Floats]],
 ) -> None:
@@ -127,6 +127,7 @@ def test_buffers_that_are_not_centred_are_an_end_stop_off_the_middle() -> None:
     assert (own["z_max"], own["centre"]) == pytest.approx((0.011, -0.003), rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_hydraulic_stop_at_one_end_is_that_and_no_damping_over_position() -> None:
     def law(x: Floats, v: Floats) -> Floats:
         return 2500.0 * v + 1.1e7 * np.maximum(x - 0.012, 0.0) * v * np.abs(v) ** 0.95

@@ -50,6 +50,7 @@ def test_the_piece_holds_what_a_model_lacks() -> None:
     assert at[-1] <= piece.motion.t[piece.window][-1]
 
 
+@pytest.mark.slow
 def test_a_model_simulates_the_same_on_the_piece_as_on_the_whole() -> None:
     records = long_records() * 2
     model = fit_records(AS_SIMULATED, records[:3]).model

@@ -105,6 +105,7 @@ def springs_that_slip(x: Floats) -> Floats:
     return force
 
 
+@pytest.mark.slow
 def test_springs_that_slip_one_after_the_other_are_one_presliding_friction_and_nothing_else() -> None:
     runs = []
     for k, size in enumerate((8e-3, 3e-3, 5e-3, 2e-3, 6e-3)):

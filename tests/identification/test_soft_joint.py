@@ -41,6 +41,7 @@ def worn(seed: int, amplitude: float) -> Run:
     return recorded("worn", seed, x, force_of(t, v))
 
 
+@pytest.mark.slow
 def test_a_play_whose_halves_meet_bit_by_bit_is_named_and_nothing_beside_it() -> None:
     runs, held_out = [worn(1, 0.02), worn(2, 0.03), worn(3, 0.012)], [worn(4, 0.025)]
     found = explain(BASE, runs, held_out)

@@ -51,7 +51,7 @@ def run(k: int, size: float, model: Model) -> Run:
     return recorded("joint", k, motion.x, simulate_within(model, motion, 1e-4).force, noise=0.3, rate=RATE)
 
 
-@pytest.mark.parametrize("values", [(1e-3, 2e5, 800.0), (5e-4, 6e5, 1500.0)])
+@pytest.mark.parametrize("values", [(1e-3, 2e5, 800.0), pytest.param((5e-4, 6e5, 1500.0), marks=pytest.mark.slow)])
 def test_of_a_model_that_is_the_machine_nothing_is_missing_though_samples_are_coarse(
     values: tuple[float, float, float],
 ) -> None:

@@ -29,7 +29,7 @@ def bush(seed: int, zeros: tuple[float, ...]) -> list[Run]:
     return runs
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_zeros_that_differ_from_run_to_run_are_one_constant_force(seed: int) -> None:
     zeros = np.random.default_rng([8, seed]).normal(-250.0, 18.0, 7)
     runs = bush(seed, tuple(float(z) for z in zeros))
