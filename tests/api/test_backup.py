@@ -239,6 +239,7 @@ def busy(tmp_path: Path, database_url: str, body: dict[str, Any], folder: Path) 
             thread.join(60)
 
 
+@pytest.mark.slow
 def test_a_backup_of_a_store_in_use_is_the_store_at_one_moment(
     busy: tuple[Started, list[str]], tmp_path: Path, database_url: str
 ) -> None:

@@ -262,6 +262,7 @@ def a_run(campaign_id: str, test: str, ahead_s: float) -> RunRecord:
     return replace(run, created=created)
 
 
+@pytest.mark.slow
 @pytest.mark.postgresql
 def test_a_test_runs_on_while_the_clock_of_its_store_jumps_and_a_second_service_waits_for_its_rig(
     postgresql_url: str, rig: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -38,7 +38,16 @@ def samples(path: Path) -> list[bytes]:
     return [part.tobytes() for e in tests for part in (e.displacement_m, e.current_a) if part is not None]
 
 
-@pytest.mark.parametrize("config", CONFIGURATIONS, ids=lambda p: p.stem)
+LONGER = ("homogenised", "homogenised_passive", "mr_seat_damper_matrix")
+
+
+@pytest.mark.parametrize(
+    "config",
+    [
+        pytest.param(path, id=path.stem, marks=pytest.mark.slow if path.stem in LONGER else [])
+        for path in CONFIGURATIONS
+    ],
+)
 def test_every_shipped_configuration_is_designed_and_made_again_to_the_last_bit(
     config: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -87,6 +87,7 @@ def test_a_signal_that_ends_a_process_stops_its_test_and_closes_the_file(real_ti
     _check_stopped(minute, real_time_rig)
 
 
+@pytest.mark.slow
 def test_a_terminal_that_is_closed_stops_the_test_that_runs_in_it(real_time_rig: str, minute: Path) -> None:
     script = (
         "import fcntl, os, sys, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); os.execv(sys.executable, sys.argv[1:])"
@@ -108,6 +109,7 @@ def test_a_terminal_that_is_closed_stops_the_test_that_runs_in_it(real_time_rig:
     _check_stopped(minute, real_time_rig)
 
 
+@pytest.mark.slow
 def test_under_nohup_a_test_goes_on_without_its_terminal(real_time_rig: str, minute: Path) -> None:
     script = (
         "import os, signal, sys; signal.signal(signal.SIGHUP, signal.SIG_IGN); os.execv(sys.executable, sys.argv[1:])"
@@ -123,7 +125,7 @@ def test_under_nohup_a_test_goes_on_without_its_terminal(real_time_rig: str, min
     assert process.returncode == 1
 
 
-@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM])
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGHUP, marks=pytest.mark.slow), signal.SIGTERM])
 def test_a_signal_that_ends_the_service_stops_the_campaign_that_it_plays(
     real_time_rig: str, tmp_path: Path, number: signal.Signals
 ) -> None:

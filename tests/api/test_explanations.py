@@ -111,6 +111,7 @@ def test_a_file_that_is_no_run_is_refused_and_not_kept(
     assert sorted(lab.rglob("*.h5")) == before
 
 
+@pytest.mark.slow
 def test_an_explanation_that_runs_or_waits_can_be_cancelled(base: str, folder: Path) -> None:
     body = {"model": MODEL, "runs": [sent(base, folder / name) for name in NAMES]}
     running, waiting = (asked(base, body).json()["id"] for _ in range(2))
@@ -122,6 +123,7 @@ def test_an_explanation_that_runs_or_waits_can_be_cancelled(base: str, folder: P
     assert "over HTTP" in answer.json()["detail"]
 
 
+@pytest.mark.slow
 def test_work_begins_anew_after_a_stop_of_the_service_and_is_said_to_be_lost_after_kill_9(
     service: Started, folder: Path, tmp_path: Path
 ) -> None:
@@ -138,6 +140,7 @@ def test_work_begins_anew_after_a_stop_of_the_service_and_is_said_to_be_lost_aft
     assert (left["state"], left["reason"], left["report"]) == ("failed", LEFT_OPEN, None)
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_a_test_engineer_asks_in_the_browser_and_reads_the_report(
     service: Started, fresh_rig: str, chromium: Path, tmp_path: Path

@@ -126,6 +126,7 @@ def test_without_descriptors_others_are_refused_in_one_line_and_a_stop_reaches_t
     assert post(service.url, campaign_of(rig, SHORT))["state"] == "accepted"
 
 
+@pytest.mark.slow
 def test_without_descriptors_a_rig_whose_worker_was_killed_is_stopped_past_it(
     service: Started, rig: str, running: str
 ) -> None:
@@ -140,6 +141,7 @@ def test_without_descriptors_a_rig_whose_worker_was_killed_is_stopped_past_it(
     until_rig(service.url, rig, lambda r: r["state"] in ("free", "latched fault"))
 
 
+@pytest.mark.slow
 def test_a_worker_without_descriptors_lets_campaigns_wait_and_goes_on_when_it_has_some(
     service: Started, rig: str
 ) -> None:
@@ -153,6 +155,7 @@ def test_a_worker_without_descriptors_lets_campaigns_wait_and_goes_on_when_it_ha
     assert until(service.url, waits, ended)["state"] == "done"
 
 
+@pytest.mark.slow
 def test_a_run_of_a_worker_without_descriptors_is_whole_and_a_stop_of_it_reaches_the_rig(
     service: Started, rig: str, running: str
 ) -> None:

@@ -28,6 +28,7 @@ from tests.full_disk import cannot_mount
 MORE_THAN_ANY_DISK = str(1 << 60)
 
 
+@pytest.mark.slow
 def test_below_the_watermark_what_waits_goes_on_waiting_and_nothing_new_is_accepted(
     rig: str, body: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -137,6 +138,7 @@ with Child(["serve", "--data", str(disk / "lab"), "--port", "0"], disk.parent / 
 """
 
 
+@pytest.mark.slow
 def test_on_a_real_full_disk_uploads_and_campaigns_are_refused_and_sigterm_ends_the_service(
     rig: str, tmp_path: Path
 ) -> None:

@@ -50,6 +50,7 @@ def cut_short(base: str, lab: Path, rig: str) -> Iterator[tuple[str, str]]:
     limit_files(worker, resource.RLIM_INFINITY)
 
 
+@pytest.mark.slow
 def test_a_run_file_that_cannot_grow_ends_the_run_and_becomes_a_run_when_there_is_room(
     base: str, lab: Path, rig: str, cut_short: tuple[str, str]
 ) -> None:
@@ -146,6 +147,7 @@ with Child(["serve", "--data", str(disk / "lab"), "--port", "0"], disk.parent / 
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("space", ["reserved", "not reserved"])
 def test_on_a_real_disk_that_fills_midway_the_run_is_aborted_with_what_was_captured(
     rig: str, tmp_path: Path, space: str

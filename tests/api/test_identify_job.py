@@ -72,7 +72,9 @@ def test_its_kinds_are_those_of_the_command() -> None:
     assert set(get_args(get_type_hints(IdentifyRequest)["model_kind"])) == {*KINDS, "inverse", "multiaxis"}
 
 
-@pytest.mark.parametrize("kind", CHOSEN)
+@pytest.mark.parametrize(
+    "kind", [kind if kind == "arx" else pytest.param(kind, marks=pytest.mark.slow) for kind in CHOSEN]
+)
 def test_every_kind_gives_the_model_of_the_command(
     runs: Path, tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -94,6 +96,7 @@ def test_every_kind_gives_the_model_of_the_command(
     assert not (tmp_path / "search.html").exists()
 
 
+@pytest.mark.slow
 def test_a_search_draws_its_page_over_http_and_other_jobs_have_none(base: str, runs: Path) -> None:
     here = {name: sent(base, runs / f"{name}.h5") for name in ("learned", "shown")}
     given = {"kind": "identify", "runs": [here["learned"]], "held_out": [here["shown"]]}

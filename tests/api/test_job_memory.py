@@ -72,6 +72,7 @@ def test_the_memory_of_the_computer_is_known_here() -> None:
     assert 1 << 28 < found <= os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits what a process writes to")
 def test_a_job_that_takes_all_that_it_may_does_not_disturb_a_test_that_moves(
     rig: str, large: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -55,6 +55,7 @@ def test_a_fit_is_that_of_the_command_line(base: str, folder: Path, tmp_path: Pa
     assert get(base, "/v1/explanations") == {"explanations": [], "next_before": None, "next_cursor": None}
 
 
+@pytest.mark.slow
 def test_a_flood_of_jobs_is_sent_away_and_everybody_else_is_answered(base: str, folder: Path) -> None:
     body = {"kind": "characterise", "runs": [sent(base, folder / NAMES[0])]}
     with ThreadPoolExecutor(8) as pool:
@@ -65,6 +66,7 @@ def test_a_flood_of_jobs_is_sent_away_and_everybody_else_is_answered(base: str, 
     assert all(int(one.headers["retry-after"]) > 0 for one in answers if one.status_code == 503)
 
 
+@pytest.mark.slow
 def test_a_sheet_is_that_of_the_command_line(
     base: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -78,6 +80,7 @@ def test_a_sheet_is_that_of_the_command_line(
     assert all(name in page.text for name in NAMES)
 
 
+@pytest.mark.slow
 def test_an_analysis_is_that_of_the_command_line(
     base: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -98,6 +101,7 @@ def _half_a_period() -> dict[str, Any]:
     return {name: values[:500] for name, values in multisine_run().channels.items()}
 
 
+@pytest.mark.slow
 def test_an_exploration_is_a_job_with_a_page_and_its_figures(base: str, tmp_path: Path) -> None:
     runs = []
     for k, run in enumerate(sine_runs(maxwell())):
@@ -112,6 +116,7 @@ def test_an_exploration_is_a_job_with_a_page_and_its_figures(base: str, tmp_path
     assert (nothing.status_code, "has no parameter 'nothing.k'" in nothing.text) == (422, True)
 
 
+@pytest.mark.slow
 def test_a_comparison_is_that_of_the_command_line(
     base: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

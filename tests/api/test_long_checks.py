@@ -6,6 +6,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from api.app import create_app
 from api.settings import Settings
 from tests.api.serving import serving
@@ -27,6 +29,7 @@ HOMOGENISED: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 def test_orders_to_a_rig_do_not_wait_for_the_check_of_a_long_campaign(tmp_path: Path, body: dict[str, Any]) -> None:
     many = [{**HOMOGENISED, "name": f"test {seed}", "seed": seed} for seed in range(12)]  # each some 0.5 s
     app = create_app(Settings(data_dir=tmp_path / "lab"), with_workers=False)

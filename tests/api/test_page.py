@@ -20,7 +20,7 @@ import pytest
 from tests.api.browser import Page, browser
 from tests.starting import Started
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 LIVE = "(document.querySelector('#fv').data || []).find(trace => trace.name.endsWith('(live)'))"
 VIEWS = ("live", "schedule", "runs", "keys", "audit")

@@ -15,7 +15,7 @@ from api.campaigns.records import Campaign, CampaignState
 from api.campaigns.store import CampaignStore
 from tests.api.front import Front, at_front
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 RIG = "modbus://127.0.0.1:1"  # nobody is there: the orders are asked for, and this test is the worker that obeys
 SINE = {"kind": "sine", "sample_rate": 1000.0, "amplitude": 0.005, "frequency": 4.0, "cycles": 2, "current": 0.5}

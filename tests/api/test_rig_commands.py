@@ -78,7 +78,12 @@ def test_a_fault_that_was_ordered_is_read_by_the_operator_and_by_the_file(
 MISCHIEF = ("lost:0.004", "delayed:0.004", "doubled:0.02", "reordered:0.004", "corrupted:0.004")
 
 
-@pytest.mark.parametrize("url", ["modbus://127.0.0.1:0", "can://loopback/wild-{}", "can://loopback/wild-{}?fd=true"])
+OTHER_WIRES = ("can://loopback/wild-{}", "can://loopback/wild-{}?fd=true")
+
+
+@pytest.mark.parametrize(
+    "url", ["modbus://127.0.0.1:0", *(pytest.param(u, marks=pytest.mark.slow) for u in OTHER_WIRES)]
+)
 def test_over_a_wire_that_does_everything_wrong_a_run_is_whole(road: Path, url: str) -> None:
     share = 0.1 if url.endswith("{}") else 1.0  # a block of classic CAN is 257 frames, of which all must arrive
     orders = [f"{name}:{float(value) * share:g}" for name, value in (order.split(":") for order in MISCHIEF)]
@@ -93,6 +98,7 @@ def test_over_a_wire_that_does_everything_wrong_a_run_is_whole(road: Path, url: 
     assert np.std(error) < 0.2 * np.std(run.channels["displacement_command"])
 
 
+@pytest.mark.slow
 def test_iterate_stores_drive_chart_and_runs_and_says_what_came_of_it(
     road: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -157,6 +163,7 @@ def test_ctrl_z_holds_and_ctrl_z_again_resumes_and_no_sample_is_lost(road: Path)
     )
 
 
+@pytest.mark.slow
 def test_ctrl_z_holds_an_iteration_and_ctrl_z_again_resumes_it(road: Path) -> None:
     with a_sim("modbus://127.0.0.1:0", "--speed", "1") as rig:
         command = [sys.executable, "-m", "api.cli", "iterate", "road.h5", "--rig", rig, "-o", "runs", "--json"]

@@ -348,6 +348,7 @@ def test_samples_go_with_their_last_design_unless_an_open_campaign_plays_them(tm
         assert files_below(settings.runs_dir) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("harm", ["missing", "changed"])
 def test_samples_that_are_missing_or_changed_are_not_played_and_come_again_with_their_file(
     harm: str, base: str, lab: Path, rig: str, tmp_path: Path
@@ -443,6 +444,7 @@ def test_a_plan_that_names_a_file_of_the_service_is_refused_unread(client: httpx
     assert sent(client, file).json()["detail"] == refused.json()["detail"]
 
 
+@pytest.mark.slow
 def test_what_kill_9_leaves_of_an_upload_is_removed_at_the_start(tmp_path: Path, file: Path) -> None:
     place = tmp_path / "lab" / "runs" / "samples"
     with Started(["serve", "--data", str(tmp_path / "lab"), "--port", "0"], tmp_path / "serve.log") as child:
@@ -548,6 +550,7 @@ def test_samples_whose_file_is_gone_are_stored_again(runs: RunStore, database: D
     assert runs.samples.excitation(config["sha256"]).samples == 600
 
 
+@pytest.mark.slow
 def test_a_backup_with_samples_restores_and_a_check_misses_a_file(
     runs: RunStore, database: Database, database_url: str, tmp_path: Path
 ) -> None:

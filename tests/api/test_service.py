@@ -86,6 +86,7 @@ def order(base: str, asked: dict[str, Any], what: str) -> int:
     return httpx.post(f"{base}/v1/campaigns/{asked['id']}/{what}", timeout=30).status_code
 
 
+@pytest.mark.slow
 def test_a_campaign_holds_resumes_and_stops_over_http(service: Started, rig: str) -> None:
     asked = post(service.url, campaign(rig, {**LONG, "cycles": 80}, LONG))  # 4 s, in which the hold must come
     waiting = post(service.url, campaign(rig, SHORT))
@@ -128,6 +129,7 @@ def test_an_interlock_of_a_campaign_ends_it_and_says_why(service: Started, rig: 
     assert rig_state(rig) == "DISABLED"
 
 
+@pytest.mark.slow
 def test_a_campaign_that_is_refused_before_anything_moves_does_not_hold_up_the_next_one(
     service: Started, rig: str
 ) -> None:
@@ -139,6 +141,7 @@ def test_a_campaign_that_is_refused_before_anything_moves_does_not_hold_up_the_n
     assert until(service.url, after["id"], ended)["state"] == "done"
 
 
+@pytest.mark.slow
 def test_a_service_that_is_told_to_end_stops_the_rig_and_loses_no_accepted_campaign(
     service: Started, rig: str, tmp_path: Path
 ) -> None:
@@ -185,6 +188,7 @@ def test_after_kill_9_of_a_worker_its_campaign_is_closed_truthfully_and_its_samp
     assert rig_state(rig) == "DISABLED"
 
 
+@pytest.mark.slow
 def test_after_kill_9_of_the_service_its_worker_brings_the_rig_to_rest_and_the_next_campaign_waits(
     service: Started, rig: str, tmp_path: Path
 ) -> None:
@@ -208,6 +212,7 @@ def test_after_kill_9_of_the_service_its_worker_brings_the_rig_to_rest_and_the_n
         assert get(base, f"/v1/campaigns/{waiting['id']}")["state"] == "accepted"
 
 
+@pytest.mark.slow
 def test_a_service_ends_when_the_program_that_started_it_is_killed(tmp_path: Path) -> None:
     starts = (
         "import sys, time; from pathlib import Path; from api.processes.child import Child; "
@@ -233,6 +238,7 @@ def _alive(pid: int) -> bool:
     return not stat.is_file() or ") Z" not in stat.read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_the_live_page_draws_a_campaign_while_it_runs_and_when_it_has_ended(
     service: Started, rig: str, chromium: Path, tmp_path: Path

@@ -124,6 +124,7 @@ SIMPLE = {
 PLAN = {"step": [{"name": "stroke", "output": "stroke", "seconds": 3.0}]}
 
 
+@pytest.mark.slow
 def test_a_complexity_study_is_the_same_at_the_command_line_as_a_job_and_in_a_notebook(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

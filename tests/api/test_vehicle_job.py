@@ -63,6 +63,7 @@ def test_a_vehicle_job_that_cannot_begin_is_refused_when_it_is_sent(
     assert said in answer.text
 
 
+@pytest.mark.slow
 def test_a_notebook_drives_a_model_and_asks_what_an_effect_is_worth(tmp_path: Path) -> None:
     found = dr.study.vehicle([MODEL], KEYS)
     assert "weighted acceleration" in repr(found)
@@ -74,6 +75,7 @@ def test_a_notebook_drives_a_model_and_asks_what_an_effect_is_worth(tmp_path: Pa
     assert dr.study.realtime(MODEL, 0.001, seconds=0.5)["worst"] > 0.0
 
 
+@pytest.mark.slow
 def test_a_job_that_is_sent_again_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
     asked = VehicleRequest(
         kind="vehicle", models=[json.loads(MODEL.read_text())], study=KEYS | {"step": 0.004, "sines": [2.0, 3.0]}
