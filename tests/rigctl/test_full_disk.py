@@ -202,6 +202,7 @@ assert run.samples > 1500
 """
 
 
+@pytest.mark.slow
 def test_on_a_real_full_disk_no_process_dies_and_no_sample_is_lost(tmp_path: Path) -> None:
     if reason := cannot_mount():
         pytest.skip(reason)

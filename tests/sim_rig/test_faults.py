@@ -66,11 +66,16 @@ def falls_silent(bench: Any, host: Killable, *, for_good: bool) -> Callable[[Pro
 
 
 def rows_on_wires() -> Iterator[Any]:
-    """Every row on every wire; what no wire has a part in directly and on one of the others, on all in `make bench`."""
+    """Every row on every wire; what no wire has a part in directly and on one of the others, on all in `make bench`.
+
+    CAN FD, which takes longest and has the frames of CAN, is left to `make test-long`.
+    """
     for k, (row, (at, wire)) in enumerate(product(FAULT_TABLE, enumerate(WIRES))):
         within_the_rig = row.order != "" and fault_order(row.order).kind not in OF_THE_WIRE
         left_out = within_the_rig and at not in (0, 1 + k // len(WIRES) % (len(WIRES) - 1))
-        yield pytest.param(row, wire, id=f"{row.name}-{wire}", marks=[pytest.mark.bench] if left_out else [])
+        longer = [pytest.mark.slow] if wire == "can_fd" else []
+        marks = [pytest.mark.bench] if left_out else longer
+        yield pytest.param(row, wire, id=f"{row.name}-{wire}", marks=marks)
 
 
 @pytest.mark.parametrize(("row", "wire"), list(rows_on_wires()))

@@ -38,7 +38,11 @@ with closing(connect(sys.argv[1])) as wire:
 
 
 @pytest.mark.parametrize(
-    "url", ["modbus://127.0.0.1:0", "can://loopback/killed-{}", "can://loopback/killed-{}?fd=true"]
+    "url",
+    [
+        "modbus://127.0.0.1:0",
+        *(pytest.param(f"can://loopback/killed-{{}}{fd}", marks=pytest.mark.slow) for fd in ("", "?fd=true")),
+    ],
 )
 def test_a_killed_host_leaves_a_safe_rig_and_a_file_with_every_sample_that_was_flushed(
     start_rig: Callable[..., Any], tmp_path: Path, url: str

@@ -168,7 +168,10 @@ def assert_nothing_left_its_limits(bench: Any) -> None:
     assert np.max(np.abs(bench.plant.travelled_m)) < 0.02
 
 
-@pytest.mark.parametrize("name", WIRES)
+LONGER = [pytest.param(name, marks=pytest.mark.slow) for name in WIRES if name != "direct"]
+
+
+@pytest.mark.parametrize("name", ["direct", *LONGER])
 @pytest.mark.parametrize("answer", [False, True])
 def test_whichever_single_call_fails_the_run_is_complete_and_exact(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, answer: bool, name: str
@@ -188,6 +191,7 @@ def test_whichever_single_call_fails_the_run_is_complete_and_exact(
             return
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("answer", [False, True])
 def test_whichever_single_call_fails_a_run_that_holds_is_complete_and_exact(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, answer: bool
@@ -210,7 +214,9 @@ def test_whichever_single_call_fails_a_run_that_holds_is_complete_and_exact(
             return
 
 
-@pytest.mark.parametrize(("speed", "name"), [(1.0, "direct"), *((20.0, name) for name in WIRES)])
+@pytest.mark.parametrize(
+    ("speed", "name"), [(1.0, "direct"), *(pytest.param(20.0, name, marks=pytest.mark.slow) for name in WIRES)]
+)
 def test_from_whichever_call_the_wire_is_cut_the_rig_ends_safe_and_the_status_of_the_file_is_right(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, speed: float, name: str
 ) -> None:

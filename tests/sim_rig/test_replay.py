@@ -117,8 +117,11 @@ def assert_stays(bench: Any, deliver: Callable[[Frame], object], again: list[Fra
     assert abs(rig.status().current_a) < 5e-3
 
 
-@pytest.mark.parametrize("name", WIRES)
-@pytest.mark.parametrize("ending", ["complete", "aborted", "stopped by somebody else"])
+LONGER = ("aborted", "stopped by somebody else")
+
+
+@pytest.mark.parametrize("name", ["modbus", *(pytest.param(name, marks=pytest.mark.slow) for name in WIRES[1:])])
+@pytest.mark.parametrize("ending", ["complete", *(pytest.param(e, marks=pytest.mark.slow) for e in LONGER)])
 def test_no_frame_of_a_run_that_is_over_has_an_effect(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, name: str, ending: str
 ) -> None:
@@ -153,6 +156,7 @@ def test_no_frame_of_a_run_that_is_over_has_an_effect(
     assert_stays(b, gateway.deliver, [frame for frame in sent if not is_stop(frame)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WIRES)
 def test_a_frame_that_a_gateway_delivers_three_seconds_late_has_no_effect(
     bench: Callable[..., Any], a_sine: Callable[..., Test], tmp_path: Path, name: str
