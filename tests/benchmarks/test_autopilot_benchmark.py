@@ -12,6 +12,7 @@ from identification.fitting import fit
 from identification.physical.modelfile import model_from_json
 
 
+@pytest.mark.slow
 def test_a_bench_measures_the_motion_that_was_asked_for_with_the_noise_of_its_case() -> None:
     one = bench(7001, "null")
     stroke = 0.5 * one.envelope.stroke_m

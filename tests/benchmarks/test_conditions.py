@@ -28,6 +28,7 @@ def force_rms(one: Case) -> float:
     return float(np.sqrt(np.mean(np.concatenate([r.channels["force"] for r in one.runs]) ** 2)))
 
 
+@pytest.mark.slow
 def test_other_noise_is_the_only_difference_that_other_noise_makes() -> None:
     loud = made(Conditions(noise_share=0.05))
     assert loud.noise_n == pytest.approx(0.05 * force_rms(loud), rel=0.02)

@@ -39,6 +39,7 @@ def channels_of(made_case: Case) -> list[bytes]:
     return [row.tobytes() for run in (*made_case.runs, *made_case.held_out) for row in run.channels.values()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "kind"), [(9, "single"), (3, "gain_drift")])
 def test_the_same_seed_gives_the_same_bytes(seed: int, kind: str) -> None:
     again = case(seed, kind)

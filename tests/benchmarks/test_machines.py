@@ -310,6 +310,7 @@ def test_without_measured_runs_the_benchmark_says_so_in_a_line(
     assert "missing" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [20003, 20004])
 def test_beside_what_no_element_describes_there_are_one_or_two_effects_that_some_do(seed: int) -> None:
     made = case(seed, beside=True)
@@ -318,6 +319,7 @@ def test_beside_what_no_element_describes_there_are_one_or_two_effects_that_some
     assert len(made.hidden) <= 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [10704, 10301, 10302])
 def test_no_case_has_two_effects_of_which_one_excludes_the_other(seed: int) -> None:
     rng = np.random.default_rng([7, seed])

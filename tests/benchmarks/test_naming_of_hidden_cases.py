@@ -20,6 +20,8 @@ from identification.physical.modelfile import model_from_json
 from identification.record import record_from_run
 from rigctl.runfile import Run
 
+pytestmark = pytest.mark.slow
+
 KEPT = (
     ("single", 11078),  # a lag after reversals causes a tone near the mains frequency
     ("unknown", 4),

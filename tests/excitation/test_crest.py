@@ -69,6 +69,7 @@ SPEC = MultisineSpec(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_joint_search_uses_more_of_the_limits_than_any_single_quantity() -> None:
     def speed(crest_of: Any) -> float:
         return float(random_phase(replace(SPEC, phases="crest", crest_of=crest_of)).velocity_m_s.std())
@@ -105,6 +106,7 @@ def test_the_chosen_quantity_gets_the_low_crest(quantity: str) -> None:
     np.testing.assert_allclose(chosen.displacement.amplitude / random, chosen.displacement.amplitude[0] / random[0])
 
 
+@pytest.mark.slow
 def test_a_thousand_flat_lines_of_the_chosen_quantity_are_as_low_as_a_few() -> None:
     asked = _flat(1000, period_samples=2**14)
     period = random_phase(asked)

@@ -58,6 +58,7 @@ def here(tmp_path_factory: pytest.TempPathFactory) -> str:
     return digest({}, tmp_path_factory.mktemp("cache"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("machine", MACHINES)
 def test_the_same_configuration_gives_the_same_bytes_on_a_lesser_machine(
     machine: str, here: str, tmp_path: Path

@@ -37,7 +37,7 @@ def index_of(spec: MultisineSpec, period: Period) -> float:
     return coverage([period.variable(name) for name in spec.covered_variables], spec.grid).index
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_the_direct_design_covers_better_than_half_a_percent(seed: int) -> None:
     spec = replace(PAPER, seed=seed, homogenise=HomogeniseSpec())
     period = homogenised(spec)
@@ -46,12 +46,13 @@ def test_the_direct_design_covers_better_than_half_a_percent(seed: int) -> None:
     assert np.abs(period.velocity_m_s).max() >= 1.35  # random phases and Duym's reach about 0.8 within 6 cm
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_duyms_iteration_reaches_the_papers_figure(seed: int) -> None:
     spec = replace(PAPER, seed=seed, homogenise=HomogeniseSpec(method="duym"))
     assert index_of(spec, homogenised(spec)) <= 5.6
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(
     st.integers(0, 2**32),

@@ -83,6 +83,7 @@ def _refusal(path: Path) -> str:
     return ""
 
 
+@pytest.mark.slow
 def test_every_attribute_that_is_something_else_or_missing_is_refused_in_one_line(good: bytes, tmp_path: Path) -> None:
     path, read = tmp_path / "plan.h5", []
     path.write_bytes(good)

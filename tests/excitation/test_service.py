@@ -78,6 +78,7 @@ def test_a_range_that_does_not_contain_service_is_refused(tmp_path: Path) -> Non
     assert 0.0 < share < 0.99
 
 
+@pytest.mark.slow
 def test_the_design_is_made_again_without_the_record(tmp_path: Path) -> None:
     service(tmp_path / "service.h5")
     made = design("homogenised", {**config(tmp_path), "period_samples": 1024})

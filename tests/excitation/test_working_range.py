@@ -102,6 +102,7 @@ def test_each_plane_is_covered_better_than_half_a_percent_over_what_can_be_achie
     assert made["limits"][made["binding_limit"]]["reached"] <= made["limits"][made["binding_limit"]]["limit"]
 
 
+@pytest.mark.slow
 def test_three_variables_are_covered_better_than_independent_samples_would() -> None:
     how = HomogeniseSpec(variables=("displacement", "velocity", "current"), grid=(6, 6, 6), iterations=150)
     spec = replace(PAPER, homogenise=how)
@@ -122,6 +123,7 @@ def test_where_the_displacement_binds_the_range_is_narrower_and_still_covered() 
     assert made["coverage_asked"] == pytest.approx(made["coverage_asked_even"], rel=0.1)
 
 
+@pytest.mark.slow
 def test_the_whole_range_can_be_asked_for_all_the_same() -> None:
     narrow = with_motion(PAPER, max_displacement_m=0.05)
     whole = replace(narrow, homogenise=HomogeniseSpec(range="asked"))
