@@ -110,7 +110,7 @@ def test_a_model_of_the_damper_predicts_the_force_in_place_of_the_envelope(
     assert "force 2.199e+04 N, the limit is 2e+04 N" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", ["homogenised_passive", "yaw_damper_30_tests"])
+@pytest.mark.parametrize("name", [pytest.param("homogenised_passive", marks=pytest.mark.slow), "yaw_damper_30_tests"])
 def test_charts_are_one_page_that_opens_offline(name: str, tmp_path: Path) -> None:
     config = EXAMPLES / f"{name}.toml"
     plot = tmp_path / "charts.html"

@@ -200,7 +200,8 @@ def test_a_band_takes_its_weights_from_parts_that_are_left_out() -> None:
     )  # whole currents were left out
 
 
-@pytest.mark.parametrize("runs", [3, *(pytest.param(runs, marks=pytest.mark.slow) for runs in (6, 24))])
+@pytest.mark.slow
+@pytest.mark.parametrize("runs", [3, 6, 24])
 def test_a_band_of_few_runs_holds_its_level_of_a_further_run_whose_errors_are_off_together(
     runs: int,
 ) -> None:
