@@ -547,7 +547,9 @@ COMMAND_OF = {
 }
 
 
-@pytest.mark.parametrize("name", COMMAND_OF)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n == "homogenised_passive" else []) for n in COMMAND_OF]
+)
 def test_every_shipped_configuration_makes_what_its_first_line_says(name: str) -> None:
     path = EXAMPLES / f"{name}.toml"
     assert f"damper-rig design {COMMAND_OF[name]} examples/{name}.toml" in path.read_text().splitlines()[0]

@@ -49,6 +49,7 @@ def test_what_the_form_of_a_name_leaves_is_no_further_discrepancy_of_the_model_w
     assert explain(of_nobody, runs(FITTED), runs(HELD)).verdict is Verdict.UNKNOWN_EFFECT
 
 
+@pytest.mark.slow
 def test_an_effect_that_is_new_is_found_beside_a_name_of_an_earlier_search() -> None:
     found = explain(explained().model, runs(FITTED, 2500.0), runs(HELD, 2500.0))
     assert [e.element for e in found.effects] == ["linear_stiffness"]

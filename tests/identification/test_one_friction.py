@@ -40,6 +40,7 @@ def built_up(x: Floats, parts: Sequence[tuple[float, float]]) -> Floats:
     return force
 
 
+@pytest.mark.slow
 def test_within_the_form_of_a_friction_no_other_one_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     records = []
     for k, amplitude in enumerate((0.002, 0.006, 0.004)):

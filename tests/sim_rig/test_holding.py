@@ -55,11 +55,11 @@ def a_record(samples: int = 900) -> Test:
     return Test(name="record", excitation=excitation)
 
 
-SLOW_WIRES = [pytest.param(wire, marks=pytest.mark.slow) for wire in WIRES[1:]]
+OTHER_WIRES = [pytest.param(wire, marks=pytest.mark.slow) for wire in WIRES if wire != "direct"]
 
 
-@pytest.mark.parametrize("wire", ["direct", *SLOW_WIRES])
-@pytest.mark.parametrize("speed", [1.0, 20.0])
+@pytest.mark.parametrize("wire", ["direct", *OTHER_WIRES])
+@pytest.mark.parametrize("speed", [1.0, pytest.param(20.0, marks=pytest.mark.slow)])
 def test_hold_and_resume_lose_and_double_no_sample_whenever_it_is(
     bench: Callable[..., Any], tmp_path: Path, wire: str, speed: float
 ) -> None:
