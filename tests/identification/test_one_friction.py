@@ -58,6 +58,7 @@ def test_within_the_form_of_a_friction_no_other_one_is_named(monkeypatch: pytest
     assert NAMING.search_from(state, records, str).names == (slides.id,)
 
 
+@pytest.mark.slow
 def test_a_friction_whose_parts_give_way_one_after_the_other_is_not_behind_a_bush() -> None:
     """What the friction of one travel leaves, a bush of 16 MN/m closes: it lets the friction build up so."""
     runs = []
