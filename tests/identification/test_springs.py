@@ -42,7 +42,9 @@ def records_of(spring: Callable[[Floats], Floats]) -> list[Record]:
     return [compact(record_from_run(r)) for r in runs_of(spring)]
 
 
-@pytest.mark.parametrize("law", [pytest.param(law, marks=[pytest.mark.slow] if k else []) for k, law in enumerate(SATURATES)])
+@pytest.mark.parametrize(
+    "law", [pytest.param(law, marks=[pytest.mark.slow] if k else []) for k, law in enumerate(SATURATES)]
+)
 def test_a_spring_that_softens_is_that_and_no_end_stop(law: str) -> None:
     runs = runs_of(lambda x: 700.0 * SATURATES[law](x / 0.010))
     found = explain(BASE, runs[:4], runs[4:])
