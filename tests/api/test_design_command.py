@@ -38,7 +38,7 @@ def samples(path: Path) -> list[bytes]:
     return [part.tobytes() for e in tests for part in (e.displacement_m, e.current_a) if part is not None]
 
 
-LONGER = ("homogenised", "homogenised_passive", "mr_seat_damper_matrix")
+LONGER = ("homogenised", "homogenised_levels", "homogenised_passive", "mr_seat_damper_matrix")
 
 
 @pytest.mark.parametrize(

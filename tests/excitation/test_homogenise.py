@@ -81,7 +81,12 @@ def test_only_phases_change(seed: int, method: Any, lines: Any, variables: Any) 
 
 
 @pytest.mark.parametrize(
-    "variables", [("displacement", "velocity"), ("displacement", "velocity", "current"), ("velocity", "current")]
+    "variables",
+    [
+        ("displacement", "velocity"),
+        pytest.param(("displacement", "velocity", "current"), marks=pytest.mark.slow),
+        ("velocity", "current"),
+    ],
 )
 def test_the_direct_design_beats_duym_and_random_phases(variables: Any) -> None:
     grid = (6,) * len(variables)

@@ -89,6 +89,7 @@ def test_within_the_forms_of_the_names_one_more_is_sought_at_a_time(
     assert [beside.most for beside in told.asked] == [FORM.most_effects, most]
 
 
+@pytest.mark.slow
 def test_a_search_adds_no_more_names_than_it_may() -> None:
     runs = [run("moving_mass", k, seed=3) for k in (0, 1, 2, 4)]
     records = [compact(record_from_run(with_channel(r, "force", r.channels["force"] + 6.0, "N"))) for r in runs]
