@@ -120,10 +120,8 @@ def _beside(found: Search, refused: Sequence[str], gap: bool) -> Beside:
     """What is asked of a name beside those found. Within the tolerance of their forms, where no gap remains, a name
     that closes a minor part of the rest leads to none that count, and each must count alone: nearly all that is left
     is closed by it, or it is sure. The next is sought in the next pass."""
-    earlier, out = found.names, frozenset(refused)
-    return (
-        Beside(earlier=earlier, refused=out) if gap else Beside(earlier=earlier, refused=out, helps=FORM.minor, most=1)
-    )
+    beside = Beside(earlier=found.names, refused=frozenset(refused))
+    return beside if gap else replace(beside, helps=FORM.minor, most=1)
 
 
 def _are_effects(more: Search, new: Sequence[Evidence], found: Search, held: Sequence[Record]) -> bool:

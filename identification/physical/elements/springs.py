@@ -31,9 +31,14 @@ def _follows_warmth(own: Values, scales: Scales) -> float | None:
     return 1.0 if scales.warmth > FORM.varying_temperature else None
 
 
+# Share of half the stroke within which a stop of both sides is a spring: a convention, and where its `z_max` ended
+# before a stop of one side might begin in the middle. Half and double: so is the travel in which a stiff middle is none.
+_MIDDLE = 0.05
+
+
 def _is_spring(values: Values, around: Surroundings) -> bool:
     """Whether a stop acts on both sides from the middle on. One that acts on one side is a stop from there too."""
-    return abs(values["side"]) < 1.0 - FORM.minor and values["z_max"] < 0.05 * 0.5 * around.stroke
+    return abs(values["side"]) < 1.0 - FORM.minor and values["z_max"] < _MIDDLE * 0.5 * around.stroke
 
 
 ROWS: Final = (
