@@ -32,7 +32,7 @@ def _follows_warmth(own: Values, scales: Scales) -> float | None:
 
 
 # Share of half the stroke within which a stop of both sides is a spring: a convention, and where its `z_max` ended
-# before a stop of one side might begin in the middle. Half and double: so is the travel in which a stiff middle is none.
+# before a stop of one side might begin in the middle. Half and double: so is the travel of a stiff middle that is none.
 _MIDDLE = 0.05
 
 
