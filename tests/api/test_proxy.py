@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import select
 import shutil
 import socket
 import ssl
@@ -78,7 +79,7 @@ def put(text: str, **changes: str) -> str:
         "service": "http://127.0.0.1:8420"
     }
     for name, value in changes.items():
-        assert text.count(of[name]) == 1, name
+        assert text.count(of[name]) == (2 if name == "service" else 1), name
         text = text.replace(of[name], value)
     return text
 
@@ -197,3 +198,33 @@ def test_other_names_other_sites_and_strangers_are_refused_through_the_proxy_too
         assert stranger.get("/v1/campaigns", headers=evil).status_code == 403
         unencrypted = {**proxy.bearer, "origin": proxy.own["origin"].replace("https", "http")}
         assert stranger.get("/v1/campaigns", headers=unencrypted).status_code == 403
+
+
+def an_answer(received: Any) -> tuple[int, bool]:
+    """The status of the answer that is read to its end, and whether the connection is said to be kept."""
+    status = int(received.readline().split()[1])
+    headers = dict(line.decode().lower().rstrip().split(": ", 1) for line in iter(received.readline, b"\r\n"))
+    received.read(int(headers["content-length"]))
+    return status, headers.get("connection") != "close"
+
+
+@pytest.mark.parametrize("path", ["/v1/rigs/resume", "/v1/runs?name=a.h5", "/v1/models"])
+def test_an_order_refused_before_its_body_came_costs_no_further_order(proxy: Proxy, path: str) -> None:
+    """A client may send its next order where the answer did not say that the connection is closed."""
+    trusted = ssl.create_default_context(cafile=str(proxy.certificate))
+    trusted.maximum_version = ssl.TLSVersion.TLSv1_2  # which sends nothing of its own after its handshake
+    with (
+        socket.create_connection(("127.0.0.1", proxy.port), timeout=60.0) as plain,
+        trusted.wrap_socket(plain, server_hostname="127.0.0.1") as way,
+        way.makefile("rb") as received,
+    ):
+        head = f"Host: {NAME}:{proxy.port}\r\nOrigin: https://evil.example\r\nContent-Length: "
+        way.sendall(f"POST {path} HTTP/1.1\r\n{head}2\r\n\r\n".encode())
+        select.select([way], [], [], 0.5)  # an early refusal, if there is one
+        way.sendall(b"{}")
+        status, kept = an_answer(received)
+        assert status in (401, 403)
+        if kept:
+            way.sendall(f"POST {path} HTTP/1.1\r\n{head}2\r\n\r\n{{}}".encode())
+            assert an_answer(received)[0] == status
+        assert kept == ("/v1/runs" not in path)
