@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from identification.compute import run_here
 from identification.errors import SimulationError
+from identification.models.series import is_beyond
 from identification.physical.model import Model
 from identification.physical.predict import RUNAWAY, Prediction, prediction_of
 from identification.record import Record
@@ -73,7 +74,7 @@ def _residual(prediction: Prediction, record: Record) -> tuple[Floats, Floats]:
     """Residual (M,), N, and gradient of the force (M, K) on one record."""
     force, gradient = prediction.on(record)
     assert gradient is not None
-    if not np.max(np.abs(gradient), initial=0.0) < RUNAWAY:
+    if is_beyond(gradient, RUNAWAY):
         raise SimulationError(f"'{prediction.model.name}' runs away on {record.name}: its gradient overflows")
     return record.measured - force, gradient
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+
+from identification.models.series import between, is_constant
 
 Floats = NDArray[np.float64]
 _SERIES = ("x", "v", "a", "i", "temperature", "t")
@@ -14,7 +17,7 @@ _SERIES = ("x", "v", "a", "i", "temperature", "t")
 LARGEST_INPUT = 1e6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Motion:
     """Inputs of a model, each (N,) float64, SI.
 
@@ -50,55 +53,53 @@ class Motion:
 
     def one_period(self, warm: int) -> Motion:
         """One period of a periodic motion, of which one at least is there, after the `warm` samples before it."""
-        index = np.arange(-warm, self.period) % self.period
-        return replace(self, **{name: getattr(self, name)[index] for name in _SERIES})
+        return replace(self, **{name: _ending(getattr(self, name)[: self.period], warm) for name in _SERIES})
 
     def shifted(self, tau: float) -> Motion:
         """The inputs as they were `tau` seconds ago, or will be in −`tau`; beyond the samples the nearest is held."""
         if tau == 0.0:
             return self
-        shift = self._shift_periodic if self.period else self._interpolate
-        x, v, a = shift(np.array([self.x, self.v, self.a]), tau)
-        steady = np.ptp(self.temperature) == 0.0
+        if self.period:
+            x, v, a = self._lines_shifted(tau)
+        else:
+            shifted = np.empty((3, self.x.size))
+            between(self.x, self.v, self.a, tau / self.dt, self.dt, shifted)
+            x, v, a = shifted
         return replace(
             self,
             x=x,
             v=v,
             a=a,
             i=delayed(self.i, tau, self.dt, periodic=self.period),
-            temperature=self.temperature if steady else np.interp(self.t - tau, self.t, self.temperature),
+            temperature=self.temperature
+            if is_constant(self.temperature)
+            else np.interp(self.t - tau, self.t, self.temperature),
             t=self.t - tau,
         )
 
-    def _shift_periodic(self, series: Floats, tau: float) -> Floats:
-        """Series that repeat, (K, N), `tau` seconds ago, by their lines."""
-        lines = np.fft.rfft(series[:, : self.period])
-        turn = np.exp(-2j * np.pi * np.arange(lines.shape[1]) * tau / (self.period * self.dt))
+    @cached_property
+    def _lines(self) -> NDArray[np.complex128]:
+        """Spectra of one period of x, v and a, (3, L): every step of a fit shifts the motions of its records again."""
+        return np.fft.rfft(np.array([self.x, self.v, self.a])[:, : self.period])
+
+    def _lines_shifted(self, tau: float) -> list[Floats]:
+        """x, v and a of a motion that repeats, (N,) each, `tau` seconds ago."""
+        turn = np.exp(-2j * np.pi * np.arange(self._lines.shape[1]) * tau / (self.period * self.dt))
         if self.period % 2 == 0:
             turn[-1] = turn[-1].real
-        back = np.fft.irfft(lines * turn, self.period)
-        return np.asarray(np.take(back, np.arange(series.shape[1]) % self.period, axis=1))
+        return [repeated(one, self.x.size) for one in np.fft.irfft(self._lines * turn, self.period)]
 
-    def _interpolate(self, series: Floats, tau: float) -> Floats:
-        """Series of which each is the slope of the one before, (K, N), `tau` seconds ago, by cubic Hermite polynomials.
 
-        Every sample lies at the same place q between two others, so that their weights are the same for all.
-        """
-        n, late, dt = series.shape[1], tau / self.dt, self.dt
-        slopes = np.concatenate([series[1:], np.gradient(series[-1], dt)[None]]) if n > 1 else np.zeros_like(series)
-        whole = int(min(max(np.floor(late), -n - 1.0), n))
-        q = 1.0 - min(max(late - whole, 0.0), 1.0)
-        first, last = min(max(whole + 1, 0), n), min(max(n + whole, 0), n)  # those between two samples
-        left, right = slice(first - whole - 1, last - whole - 1), slice(first - whole, last - whole)
-        q2, q3 = q * q, q * q * q
-        shifted = np.empty_like(series)
-        shifted[:, :first], shifted[:, last:] = series[:, :1], series[:, -1:]
-        between = shifted[:, first:last]
-        np.multiply(series[:, left], 2 * q3 - 3 * q2 + 1, out=between)
-        between += (3 * q2 - 2 * q3) * series[:, right]
-        between += dt * (q3 - 2 * q2 + q) * slopes[:, left]
-        between += dt * (q3 - q2) * slopes[:, right]
-        return shifted
+def repeated(period: Floats, samples: int) -> Floats:
+    """So many samples of what repeats after a `period` (P,) or (P, K) of samples, from its beginning on."""
+    whole, rest = divmod(samples, period.shape[0])
+    return np.concatenate([*[period] * whole, period[:rest]])
+
+
+def _ending(period: Floats, warm: int) -> Floats:
+    """A period (P,), after `warm` samples of those like it before."""
+    whole, rest = divmod(warm, period.size)
+    return np.concatenate([period[period.size - rest :], *[period] * (whole + 1)]) if warm else period
 
 
 def held(values: Floats, first: float | None = None, *, largest: float = np.inf) -> Floats:
@@ -127,7 +128,7 @@ def is_step(i: Floats) -> NDArray[np.bool_]:
 
 def delayed(i: Floats, tau: float, dt: float, periodic: int = 0) -> Floats:
     """The current `tau` seconds ago, (N,): interpolated where it is smooth, held where it steps."""
-    if np.ptp(i) == 0.0:
+    if is_constant(i):
         return i
     position = np.arange(i.size) - tau / dt
     if periodic:

@@ -51,13 +51,14 @@ class Damper:
     order: Integers | None  # of its columns as a model counts them, where the loops count otherwise
     gradient: bool  # whether one is wanted
 
-    def along(self, motion: Motion, substeps: int) -> Response:
-        """Force along a motion, and its gradient (N, M) by what is wanted, in the order of the model."""
+    def along(self, motion: Motion, substeps: int, width: int = 0) -> Response:
+        """Force along a motion, and its gradient by what is wanted, in the order of the model: (N, `width`), with zeros
+        beyond, of at least (N, M)."""
         size = motion.x.size
         u, du = effective_current(self.control, motion.i, motion.dt, motion.period, motion.remanence)
         v_m = _amplitude_velocity(motion) if self.follows_amplitude else motion.a
         drive = Drive(motion.x, motion.v, u, motion.temperature, motion.a, v_m, motion.dt, du[self.by_control])
-        force, jac = np.zeros(size), np.zeros((size if self.gradient else 0, self.columns))
+        force, jac = np.zeros(size), np.zeros((size if self.gradient else 0, max(self.columns, width)))
         space, failures = space_of(self.core.codes.size, self.core.p.size, self.columns), 0
         if self.mounting is None:
             eps = 1e-9 * float(np.max(np.abs(motion.v), initial=0.0))
@@ -67,7 +68,9 @@ class Damper:
             failures = mounted(self.core, drive, self.mounting, steps, force, jac, space, nodes)
         if not self.gradient:
             return Response(force, None, failures)
-        return Response(force, jac if self.order is None else np.take(jac, self.order, axis=1), failures)
+        if self.order is not None:
+            jac[:, : self.columns] = np.take(jac, self.order, axis=1)
+        return Response(force, jac, failures)
 
 
 def damper_of(model: Model, wanted: Mask | None) -> Damper:

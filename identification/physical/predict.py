@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from identification.errors import SimulationError
 from identification.models.motion import Motion
+from identification.models.series import is_beyond
 from identification.models.simulation import LARGEST_FORCE
 from identification.physical.elements import TONE
 from identification.physical.elements.equations.control import effective_current
@@ -59,7 +60,8 @@ class Prediction:
             motion = _as_left(model, record)
         response = simulation.along(motion)
         full, whole = response.gradient, response.force
-        if (largest := float(np.max(np.abs(whole)))) > LARGEST_FORCE:
+        if is_beyond(whole, LARGEST_FORCE):
+            largest = float(np.max(np.abs(whole)))
             raise SimulationError(
                 f"'{model.name}' runs away on {record.name}: to {largest:.3g} N, which no machine has"
             )

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.errors import SimulationError
-from identification.models.motion import Motion, delayed
+from identification.models.motion import Motion, delayed, repeated
+from identification.models.series import is_beyond
 from identification.physical.beside import parts
 from identification.physical.damper import Damper, Response, damper_of
 from identification.physical.elements.equations.sensor import (
     ahead_of_current,
     delay_of,
+    low_pass,
     low_pass_of,
     low_passed,
     sensor_force,
@@ -27,6 +29,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
+_FINITE = float(np.finfo(np.float64).max)
 _SAME_TEMPERATURE_K = 0.05  # a body this steady is at one temperature: fade is some 0.5 % per kelvin
 _SETTLED = 1e-4  # of the force: a period that ends as near to the one before has forgotten the start
 _AHEAD = (0.25, 1.0, 2.0, 4.0)  # periods before one that repeats; what holds on longer is a matter of how it began
@@ -95,7 +98,7 @@ class Simulation:
             if lag > 0.0 or turn > 0.0:
                 force = low_passed(force, lag, turn, motion)
                 if grad is not None:
-                    grad[:, :place] = low_passed(grad[:, :place], lag, turn, motion)
+                    low_pass(grad, place, lag, turn, motion)
             if s.later not in moved:
                 moved[s.later] = motion.shifted(s.later)
             value, columns = sensor_force(s.own.spec, s.values, moved[s.later], force, s.wanted)
@@ -106,7 +109,7 @@ class Simulation:
                 for column in np.flatnonzero(s.wanted):
                     grad[:, place] = columns[:, column]
                     place += 1
-        if not np.all(np.isfinite(force)):
+        if is_beyond(force, _FINITE):
             bad = int(np.argmin(np.isfinite(force)))
             raise SimulationError(
                 f"'{self.model.name}' gives {force[bad]} at sample {bad} (x = {motion.x[bad]:.4g} m, "
@@ -197,7 +200,8 @@ def _together(
     dampers: Sequence[tuple[Damper, Integers]], motion: Motion, columns: int | None, substeps: int
 ) -> Response:
     """Sum of the responses of what acts beside each other; a gradient has `columns`, those of the sensor are zero."""
-    every = [own.along(motion, substeps) for own, _ in dampers]
+    width = columns or 0 if len(dampers) == 1 else 0  # the columns of the sensor path are the last
+    every = [own.along(motion, substeps, width) for own, _ in dampers]
     first, *others = every
     force, failures = first.force, sum(r.failures for r in every)
     for other in others:
@@ -247,9 +251,9 @@ def _repeats(force: Floats, warm: int, period: int) -> bool:
 
 def _tiled(response: Response, motion: Motion) -> Response:
     """The response along the whole motion, each period the last that was simulated."""
-    index = response.force.size - motion.period + np.arange(motion.x.size) % motion.period
-    full = None if response.gradient is None else response.gradient[index]
-    return Response(response.force[index], full, response.failures)
+    size = motion.x.size
+    full = None if response.gradient is None else repeated(response.gradient[-motion.period :], size)
+    return Response(repeated(response.force[-motion.period :], size), full, response.failures)
 
 
 def without_hum(model: Model) -> Model:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from identification.criteria import CHANCE
 from identification.models.motion import Motion
-from identification.physical.elements.equations.series import follow, slope
+from identification.physical.elements.equations.series import follow, leave, means, ramped, slope
 from identification.physical.elements.spec import ElementSpec
 
 if TYPE_CHECKING:
@@ -55,37 +55,39 @@ def low_passed(series: Floats, lag: float, turn: float, motion: Motion) -> Float
     It starts as a period before has left it where the motion repeats, else as after a long ramp of the first slope,
     u − lag·du/dt.
     """
-    if max(lag, turn) <= CHANCE.rounding * motion.dt or series.shape[0] < 2:
-        return series
-    b, a = _coefficients(lag / motion.dt, turn / motion.dt)
-    rows = series.reshape(series.shape[0], -1)
-    out, mean = np.empty_like(rows), np.zeros(rows.shape[1])
-    with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the force it ends in
-        if motion.period and rows.shape[0] >= motion.period:
-            mean = rows[: motion.period].mean(axis=0)  # which passes as it is; beside it a slow filter keeps its digits
-            rows = rows - mean
-            state = _repeated(b, a, rows[: motion.period], out)
-        else:
-            ramp = rows[1] - rows[0]
-            before = rows[0] - np.outer((1.0, 2.0), ramp)
-            behind = before - lag / motion.dt * ramp
-            state = np.array([b[1:] @ before - a[1:] @ behind, b[2] * before[0] - a[2] * behind[0]])
-        follow(b, a, state, rows, out)
-        return (out + mean).reshape(series.shape)
+    out = series.copy()
+    rows = out.reshape(out.shape[0], -1)
+    low_pass(rows, rows.shape[1], lag, turn, motion)
+    return out
 
 
-def _repeated(b: Floats, a: Floats, period: Floats, out: Floats) -> Floats:
-    """State (2, K) of a filter before a period, (P, K), that all those before were like: s = M^P·s + what one leaves.
+def low_pass(series: Floats, columns: int, lag: float, turn: float, motion: Motion) -> None:
+    """Put what is `low_passed` of the first `columns` of a series, (N, K), in their place."""
+    samples = series.shape[0]
+    if max(lag, turn) <= CHANCE.rounding * motion.dt or samples < 2 or not columns:
+        return
+    by = lag / motion.dt, turn / motion.dt
+    b, a = _coefficients(*by)
+    mean, state = np.zeros(columns), np.zeros((2, columns))
+    if motion.period and samples >= motion.period:
+        means(series, motion.period, columns, mean)  # beside its mean a slow filter keeps its digits
+        leave(b, a, mean, state, series, motion.period, columns)
+        state = _lasting(*by, motion.period) @ state
+    else:
+        ramped(b, a, by[0], series, state)
+    follow(b, a, mean, state, series, columns)
 
-    The least one where the filter forgets nothing in a period. `out`, (P, K) at least, is room for one.
-    """
-    left = np.zeros((2, period.shape[1]))
-    follow(b, a, left, period, out[: period.shape[0]])
-    kept = np.linalg.matrix_power(np.array([[-a[1], 1.0], [-a[2], 0.0]]), period.shape[0])
+
+@lru_cache(maxsize=32)  # of every record of a search
+def _lasting(lag: float, turn: float, period: int) -> Floats:
+    """What the state that one period leaves, (2,), becomes where all those before were like it: s = M^P·s + what one
+    leaves, (2, 2). The least one where the filter forgets nothing in a period."""
+    a = _coefficients(lag, turn)[1]
+    kept = np.linalg.matrix_power(np.array([[-a[1], 1.0], [-a[2], 0.0]]), period)
     try:
-        return np.linalg.solve(np.eye(2) - kept, left)
+        return np.linalg.inv(np.eye(2) - kept)
     except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.pinv(np.eye(2) - kept) @ left)
+        return np.linalg.pinv(np.eye(2) - kept)
 
 
 @lru_cache(maxsize=8)  # of the force, of its gradient, and of the next run at that rate

@@ -9,21 +9,55 @@ from identification.compiled import compiled
 
 
 @compiled
-def follow(b, a, state, series, out):
-    """Fills `out`, (N, K), with what a filter of up to two poles makes of `series`, (N, K).
+def ramped(b, a, lag, series, state):
+    """Fills the `state`, (2, columns), that such a filter has before `series`, (N, K) of two samples at least, after a
+    long ramp of its first slope; what follows is `lag` samples behind the ramp."""
+    for j in range(state.shape[1]):
+        ramp = series[1, j] - series[0, j]
+        last, older = series[0, j] - ramp, series[0, j] - 2.0 * ramp
+        late, later = last - lag * ramp, older - lag * ramp
+        state[0, j] = b[1] * last + b[2] * older - a[1] * late - a[2] * later
+        state[1, j] = b[2] * last - a[2] * late
+
+
+@compiled
+def follow(b, a, mean, state, series, columns):
+    """Puts what a filter of up to two poles makes of the first `columns` of `series`, (N, K), in their place.
 
     b, a : (3,) its coefficients, the latest sample first, a[0] = 1.
-    state : (2, K) of its transposed direct form II before the first sample; after it, that after the last one.
+    mean : (columns,) what passes as it is.
+    state : (2, columns) of its transposed direct form II before the first sample; after it, that after the last one.
     """
-    for j in range(series.shape[1]):
-        first, second = state[0, j], state[1, j]
-        for i in range(series.shape[0]):
-            now = series[i, j]
-            late = b[0] * now + first
-            first = b[1] * now - a[1] * late + second
-            second = b[2] * now - a[2] * late
-            out[i, j] = late
-        state[0, j], state[1, j] = first, second
+    for i in range(series.shape[0]):
+        for j in range(columns):
+            now = series[i, j] - mean[j]
+            late = b[0] * now + state[0, j]
+            state[0, j] = b[1] * now - a[1] * late + state[1, j]
+            state[1, j] = b[2] * now - a[2] * late
+            series[i, j] = late + mean[j]
+
+
+@compiled
+def leave(b, a, mean, state, series, samples, columns):
+    """Takes the `state` of such a filter over the first `samples` of a series that stays as it is."""
+    for i in range(samples):
+        for j in range(columns):
+            now = series[i, j] - mean[j]
+            late = b[0] * now + state[0, j]
+            state[0, j] = b[1] * now - a[1] * late + state[1, j]
+            state[1, j] = b[2] * now - a[2] * late
+
+
+@compiled
+def means(series, samples, columns, out):
+    """Fills `out`, (columns,), with the means of the first `samples` of the first `columns` of `series`, (N, K)."""
+    for j in range(columns):
+        out[j] = 0.0
+    for i in range(samples):
+        for j in range(columns):
+            out[j] += series[i, j]
+    for j in range(columns):
+        out[j] /= samples
 
 
 @compiled
