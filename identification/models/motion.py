@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,7 +54,24 @@ class Motion:
 
     def one_period(self, warm: int) -> Motion:
         """One period of a periodic motion, of which one at least is there, after the `warm` samples before it."""
-        return replace(self, **{name: _ending(getattr(self, name)[: self.period], warm) for name in _SERIES})
+        if warm not in self._periods:
+            series: dict[str, Any] = {name: _ending(getattr(self, name)[: self.period], warm) for name in _SERIES}
+            self._periods[warm] = replace(self, **series)
+        return self._periods[warm]
+
+    @cached_property
+    def _periods(self) -> dict[int, Motion]:
+        """What `one_period` has made: every step of a fit asks again."""
+        return {}
+
+    @cached_property
+    def fastest(self) -> float:
+        """Its highest speed, m/s; 0 without a sample."""
+        return float(np.max(np.abs(self.v), initial=0.0))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What another process is sent: the inputs, and nothing that follows from them."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def shifted(self, tau: float) -> Motion:
         """The inputs as they were `tau` seconds ago, or will be in −`tau`; beyond the samples the nearest is held."""

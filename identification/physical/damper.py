@@ -55,14 +55,16 @@ class Damper:
         """Force along a motion, and its gradient by what is wanted, in the order of the model: (N, `width`), with zeros
         beyond, of at least (N, M)."""
         size = motion.x.size
-        u, du = effective_current(self.control, motion.i, motion.dt, motion.period, motion.remanence)
+        u, du = motion.i, np.zeros((0, size))
+        if self.control:
+            u, du = effective_current(self.control, motion.i, motion.dt, motion.period, motion.remanence)
+            du = du[self.by_control]
         v_m = _amplitude_velocity(motion) if self.follows_amplitude else motion.a
-        drive = Drive(motion.x, motion.v, u, motion.temperature, motion.a, v_m, motion.dt, du[self.by_control])
+        drive = Drive(motion.x, motion.v, u, motion.temperature, motion.a, v_m, motion.dt, du)
         force, jac = np.zeros(size), np.zeros((size if self.gradient else 0, max(self.columns, width)))
         space, failures = space_of(self.core.codes.size, self.core.p.size, self.columns), 0
         if self.mounting is None:
-            eps = 1e-9 * float(np.max(np.abs(motion.v), initial=0.0))
-            rigid(self.core, drive, eps, force, jac, space, True)
+            rigid(self.core, drive, 1e-9 * motion.fastest, force, jac, space, True)
         else:
             steps, nodes = (substeps, self.fine * substeps, True), nodes_of(self.columns, substeps)
             failures = mounted(self.core, drive, self.mounting, steps, force, jac, space, nodes)
