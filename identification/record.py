@@ -23,6 +23,7 @@ from identification.models.inputs import (
 from identification.models.motion import Motion
 from identification.noise import between_periods, from_cycles, high_frequency
 from identification.period import with_period_seen
+from identification.rests import resting
 from identification.smoothing import smooth_kinematics
 from rigctl.runfile import Run
 
@@ -37,8 +38,7 @@ _REPEATABLE_FLOOR = 2e-4  # of rms force: neither a rig nor a solver is more exa
 
 
 _ROUGH = 1.5  # mean square of the steps over the variance: 2 for white noise, near 0 for a well sampled signal
-_AT_REST = 4.0  # times its noise: a lower velocity may be zero
-_STANDS = 1e-4  # or this share of the highest velocity
+_STANDS = 1e-4  # of the highest velocity: what moves no faster rests
 _SOME = 0.02  # share of a record at rest from which it is left out
 _KNOWN = 2  # periodic records from which the noise of the load cell is known
 _SAME_LEVEL = 1.15
@@ -195,7 +195,7 @@ def record_to_come(
     band = 0.5 * sample_rate_hz if period else smooth_kinematics(displacement, sample_rate_hz).bandwidth_hz
     window: Window = slice(settle * period, n)
     if not period:
-        window = _moving(motion, np.zeros(n), _edge(sample_rate_hz, band, n))[0]
+        window = _moving(motion.x, 0.0, motion, _edge(sample_rate_hz, band, n))[0]
     return Record(
         name="to come",
         motion=motion,
@@ -263,7 +263,7 @@ def _free(run: Run, name: str) -> Record:
     sigma, unsure, how = _noise_of(x, force, run.sample_rate_hz, kinematics.bandwidth_hz, steady)
     again = _again(motion, kinematics, 0)
     edge = _edge(run.sample_rate_hz, kinematics.bandwidth_hz, force.size)
-    window, resting = _moving(motion, again.v - motion.v, edge)
+    window, resting = _moving(x, high_frequency(x)[0], motion, edge)
     return Record(
         name=name,
         motion=motion,
@@ -301,18 +301,18 @@ def _edge(rate: float, bandwidth_hz: float, samples: int) -> int:
     return int(np.clip(rate / bandwidth_hz, 4, samples // 20))
 
 
-def _moving(motion: Motion, noise: Floats, edge: int) -> tuple[Window, tuple[str, ...]]:
-    """The compared samples: without the ends, and without rests, where friction can hold any force."""
-    from scipy.ndimage import binary_opening  # 0.2 s to import: only where a record does not repeat
+def _moving(x: Floats, noise: float, motion: Motion, edge: int) -> tuple[Window, tuple[str, ...]]:
+    """The compared samples: without the ends, and without rests, where friction can hold any force.
 
-    v, n = motion.v, motion.v.size
+    What rests is seen in the displacement (N,), m, as it was measured: its filtered velocity rings beside corners.
+    """
     first = _forgotten(motion.x, edge)
-    still = np.abs(v) < max(_AT_REST * float(np.std(noise)), _STANDS * float(np.max(np.abs(v))))
-    rests = binary_opening(still, np.ones(2 * edge + 1, dtype=bool))
+    creep = _STANDS * float(np.max(np.abs(motion.v))) * motion.dt
+    rests = resting(x, noise, creep, 2 * edge + 1)
     share = float(np.mean(rests))
     if not _SOME < share < 0.9:
-        return slice(first, n - edge), ()
-    rests[:first] = rests[n - edge :] = True
+        return slice(first, x.size - edge), ()
+    rests[:first] = rests[x.size - edge :] = True
     return np.flatnonzero(~rests), (
         f"{100 * share:.0f} % of it is at rest, where friction can hold any force: left out",
     )

@@ -18,6 +18,7 @@ _FEWEST = 8  # samples whose spectrum has a line with one on each side
 # 193 triangles with rests, of 3 to 10 periods, was 0.0175. From the hundredth harmonic on nobody knows their lines:
 # a tone is then told by the harmonics beside it. Half: only from the two hundredth; double: from the fiftieth.
 _OFF = 0.02
+_HARMONICS = 2.5  # of a sine on each side of a tone: two in any case. Half: one; double: two tones may hide each other
 
 
 def frequency_in(record: Record, residual: Floats, common_hz: float) -> float:
@@ -73,17 +74,15 @@ class Sight:
         if self.period:
             turn = 2.0 * np.pi * frequency * self.period * self.dt * np.arange(self.samples // self.period)
             return 1.0 - float(np.abs(np.mean(np.exp(1j * turn))) ** 2)
-        if self.fundamental is None or self.comb(frequency):
+        if self.fundamental is None or not self.knows_harmonics(frequency):
             return 1.0
         harmonic = round(frequency / self.fundamental)
         away = abs(frequency - harmonic * self.fundamental) * self.samples * self.dt
         return 0.0 if away < FORM.tone_lines and harmonic > 0 else 1.0
 
-    def comb(self, frequency: float) -> float | None:
-        """How far apart a sine's harmonics are, Hz, where it is not known on which lines near a frequency, or None."""
-        if self.period or self.fundamental is None:
-            return None
-        return self.fundamental if _OFF * frequency / self.fundamental > FORM.tone_lines else None
+    def knows_harmonics(self, frequency: float) -> bool:
+        """Whether it is known on which lines near a frequency a sine's harmonics are."""
+        return self.fundamental is None or _OFF * frequency / self.fundamental <= FORM.tone_lines
 
     @property
     def weight(self) -> float:
@@ -126,21 +125,34 @@ class Near:
         out: Floats = 2.0 * np.abs(turns @ self._sums) / self.samples
         return out
 
-    def tone(self, frequency: float, comb: float | None = None) -> tuple[float, float]:
-        """Amplitude at a frequency, and its power over the level of the lines beside it; among harmonics `comb` apart,
-        Hz, also over the two on each side of one that might be there: these fall slowly from one to the next."""
+    def tone(self, frequency: float, sine: float | None = None, *, known: bool = True) -> tuple[float, float]:
+        """Amplitude at a frequency, and its power over the level of the lines beside it; beside a motion that is one
+        `sine`, Hz, also over the strongest line of its neighbourhood. Where it is `known` on which lines the harmonics
+        are, they are none of these."""
         beside = self.amplitudes(frequency + self.width * np.array([*range(-14, -2), *range(3, 15)]))
         amplitude = float(self.amplitudes(np.array([frequency]))[0])
         level = max(float(np.median(beside**2)) / np.log(2.0), 1e-300)
-        if comb is not None and comb > FORM.tone_lines * self.width:  # else they are among the lines beside it
-            level = max(level, self._harmonics(frequency, comb))
+        if sine is not None:
+            level = max(level, self._strongest_beside(frequency, sine, known=known))
         return amplitude, amplitude**2 / level
 
-    def _harmonics(self, frequency: float, comb: float) -> float:
-        """Largest squared amplitude at ±`comb` and ±2·`comb` from a tone, N², without what gaps in time make of it."""
+    def _strongest_beside(self, frequency: float, sine: float, *, known: bool) -> float:
+        """Largest squared amplitude within some harmonics of a tone, N², without what gaps in time make of it.
+
+        A friction's jumps fall between two samples, now nearer to one, now to the other: lines of that, about as strong
+        as the harmonics, lie anywhere between these.
+        """
         rest = self._residual - tone_in(self._residual, self._at, frequency)(self._at)
-        turns = np.exp(-2j * np.pi * np.outer(frequency + comb * np.array([-2, -1, 1, 2]), self._at))
-        return float(np.max(np.abs(2.0 * turns @ rest / self.samples) ** 2))
+        dt = float(np.min(np.diff(self._at)))
+        row = np.zeros(round(float(np.ptp(self._at)) / dt) + 1)
+        row[np.rint((self._at - self._at[0]) / dt).astype(int)] = rest
+        f: Floats = np.fft.rfftfreq(2 * row.size, dt).astype(np.float64)
+        lines, away = FORM.tone_lines * self.width, np.abs(f - frequency)
+        near = (away < _HARMONICS * sine) & (away > lines) & (f > lines)
+        if known:
+            near &= np.abs(f - np.rint(f / sine) * sine) > lines
+        power = np.abs(2.0 * np.fft.rfft(row, 2 * row.size) / self.samples) ** 2
+        return float(np.max(power[near], initial=0.0))
 
 
 def tone_in(residual: Floats, times: Floats, frequency: float) -> Callable[[Floats], Floats]:

@@ -54,7 +54,9 @@ def find_hum(residuals: Sequence[Floats], records: Sequence[Record]) -> Hum | No
         left = np.array([s.left(f) for s, f in zip(sights, own, strict=True)])
         if frequency < slowest or not np.any(left > FORM.tone_left):
             continue
-        tones = [n.tone(f, s.comb(f)) for n, s, f in zip(near, sights, own, strict=True)]
+        tones = [
+            n.tone(f, s.fundamental, known=s.knows_harmonics(f)) for n, s, f in zip(near, sights, own, strict=True)
+        ]
         amplitudes, ratios = (np.array(q)[left > FORM.tone_left] for q in zip(*tones, strict=True))
         amplitudes /= left[left > FORM.tone_left]
         middle = float(np.median(amplitudes))
