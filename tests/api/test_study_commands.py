@@ -47,6 +47,7 @@ def said(capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
     return answer
 
 
+@pytest.mark.slow
 def test_an_exploration_is_the_same_at_the_command_line_as_a_job_and_in_a_notebook(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -27,6 +27,7 @@ KEYS = {"seconds": 5.0, "period": 2.0, "road_class": "B"}
 CONFIG = 'seconds = 5.0\nperiod = 2.0\nroad_class = "B"\n'
 
 
+@pytest.mark.slow
 def test_a_vehicle_job_needs_no_runs_and_answers_as_the_command(
     base: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

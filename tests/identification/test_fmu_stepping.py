@@ -131,6 +131,7 @@ def test_a_question_leaves_no_trace(fmus: Fmus) -> None:
         assert asked.advance(there) == plain.advance(there)
 
 
+@pytest.mark.slow
 def test_in_a_vehicle_it_is_the_damper_that_it_is_an_export_of(fmus: Fmus) -> None:
     names = ("weighted acceleration a_w (Wk)", "rms of the tyre force", "rms of the stroke", "power in the damper")
     same, back, forth = (road_study([model], SHORT).answers[0] for model in (VISCOUS, fmus.back, fmus.forth))

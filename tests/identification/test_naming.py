@@ -322,6 +322,7 @@ def test_runs_that_do_not_belong_together_are_refused_by_name() -> None:
         explain(BASE, [one, replace(two, channels=passive)])
 
 
+@pytest.mark.slow
 def test_a_simulation_equal_to_the_measurement_has_the_highest_score() -> None:
     force = run("none", 0, 2).channels["force"]
     figures = score_signals(force, force)

@@ -35,6 +35,7 @@ def _first_trials() -> tuple[tuple[Record, ...], Search, tuple[Trial, ...]]:
     return tuple(records), bare, tuple(naming.trials(base, BASE, records))
 
 
+@pytest.mark.slow
 def test_where_a_name_led_nowhere_the_second_choice_is_tried() -> None:
     records, bare, found = first_trials()
     wrong = max(found, key=lambda t: t.excess)
@@ -54,6 +55,7 @@ def test_the_second_choice_is_not_the_first_one_where_another_name_has_taken_its
     assert other is None or other.names != since.names
 
 
+@pytest.mark.slow
 def test_nothing_takes_the_place_of_a_refused_name_that_is_far_better() -> None:
     records, bare, found = first_trials()
     refuses = replace(bare, refused=frozenset({"moving_mass"}))
