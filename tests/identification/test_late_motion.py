@@ -103,3 +103,15 @@ def test_a_low_pass_of_any_time_is_that_of_every_line_of_what_repeats(lag: float
     expected = 3.0 + np.real(gain * np.exp(1j * omega * t))
     found = low_passed(3.0 + np.cos(omega * t), lag, turn, inputs)
     assert np.max(np.abs(found - expected)) < 1e-3 * abs(gain) + 1e-10
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan, 1e308])
+@pytest.mark.parametrize("repeats", [True, False])
+def test_what_runs_away_passes_a_low_pass_without_a_warning(value: float, repeats: bool) -> None:
+    inputs = motion()
+    inputs = replace(inputs, period=inputs.x.size if repeats else 0)
+    series = np.zeros((inputs.x.size, 2))
+    series[:3, 1] = value, -value, value
+    found = low_passed(series, 0.01, 0.02, inputs)
+    assert np.all(found[:, 0] == 0.0)
+    assert not np.all(np.abs(found[:, 1]) < 1e300)

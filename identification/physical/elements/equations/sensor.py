@@ -72,7 +72,8 @@ def low_pass(series: Floats, columns: int, lag: float, turn: float, motion: Moti
     if motion.period and samples >= motion.period:
         means(series, motion.period, columns, mean)  # beside its mean a slow filter keeps its digits
         leave(b, a, mean, state, series, motion.period, columns)
-        state = _lasting(*by, motion.period) @ state
+        with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told by the force it ends in
+            state = _lasting(*by, motion.period) @ state
     else:
         ramped(b, a, by[0], series, state)
     follow(b, a, mean, state, series, columns)
