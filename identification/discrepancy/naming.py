@@ -25,7 +25,7 @@ from identification.errors import SimulationError
 from identification.fitting.leastsquares import Fit, fit_records
 from identification.fitting.refine import follows_current, refine_curves, with_shapes_of
 from identification.physical.elements import CATALOGUE
-from identification.physical.model import Element, Model, keeps_names, name_of
+from identification.physical.model import Element, Model, name_of
 from identification.record import Record
 
 Revise = Callable[["Search", Sequence[Record]], "Search"]
@@ -334,7 +334,7 @@ def repeat_trials(
     form = FORM.tolerance**2 * form_energy(state.fit.model, name, records)
     if is_preload_of(state.fit.model, name):  # which then only makes up for what the form of the other leaves
         form = max(form, FORM.helps * state.base_excess)
-    if excess_of(rest) <= state.excess + form + CHANCE.slack and keeps_names(rest.model, state.fit.model):
+    if excess_of(rest) <= state.excess + form + CHANCE.slack:
         return drop_name(state, name, rest)
     beside_friction = any(e.spec.friction for e in _named(state) if e.id != name)
     tried = trials(

@@ -23,7 +23,7 @@ from identification.discrepancy.trials import trials
 from identification.errors import SimulationError
 from identification.fitting.leastsquares import fit_records
 from identification.physical.elements import CATALOGUE
-from identification.physical.model import Element, keeps_names, name_of
+from identification.physical.model import Element, name_of
 from identification.record import Record
 
 
@@ -53,9 +53,7 @@ def drop_needless(state: Search, records: Sequence[Record]) -> Search:
     """Remove every name without which the others fit as well."""
     for name in state.names if len(state.names) > 1 else ():
         rest = fit_others(state, name, records)
-        if rest is None or excess_of(rest) > state.excess + CHANCE.slack:
-            continue
-        if keeps_names(rest.model, state.fit.model):
+        if rest is not None and excess_of(rest) <= state.excess + CHANCE.slack:
             state = drop_name(state, name, rest)
     return state
 

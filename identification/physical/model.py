@@ -324,15 +324,6 @@ def denies_its_name(own: Element, model: Model) -> bool:
     return own.spec.denied is not None and own.spec.denied(own.values(), others)
 
 
-def keeps_names(model: Model, before: Model) -> bool:
-    """Whether every element is what its name says, of those that both models have and that were so `before`."""
-    return not any(
-        denies_its_name(e, model) and not denies_its_name(before.element(e.id), before)
-        for e in model.elements
-        if e.id in before.ids
-    )
-
-
 def is_controlled(e: Element) -> bool:
     """Whether a gain of the element on the current is not zero."""
     return any(p.value != 0.0 for spec, p in zip(e.spec.parameters, e.parameters, strict=True) if spec.gain)
