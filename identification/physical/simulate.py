@@ -200,7 +200,7 @@ def _together(
     dampers: Sequence[tuple[Damper, Integers]], motion: Motion, columns: int | None, substeps: int
 ) -> Response:
     """Sum of the responses of what acts beside each other; a gradient has `columns`, those of the sensor are zero."""
-    width = columns or 0 if len(dampers) == 1 else 0  # the columns of the sensor path are the last
+    width = (columns or 0) if len(dampers) == 1 else 0  # the columns of the sensor path are the last
     every = [own.along(motion, substeps, width) for own, _ in dampers]
     first, *others = every
     force, failures = first.force, sum(r.failures for r in every)
